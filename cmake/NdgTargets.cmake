@@ -1,0 +1,58 @@
+# SPDX-License-Identifier: Apache-2.0
+# ndg_module, ndg_tool, ndg_test, ndg_bench: the four kinds of targets, with one set of flags.
+
+add_library(ndg_flags INTERFACE)
+target_compile_options(ndg_flags INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Woverloaded-virtual)
+if(NDG_WARNINGS_AS_ERRORS)
+  target_compile_options(ndg_flags INTERFACE -Werror)
+endif()
+if(NDG_SANITIZE)
+  target_compile_options(ndg_flags INTERFACE -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer)
+  target_link_options(ndg_flags INTERFACE -fsanitize=address,undefined)
+elseif(NDG_NATIVE)
+  target_compile_options(ndg_flags INTERFACE -march=native)
+endif()
+
+# ndg_module(<name> SOURCES <files> LINKS <public> PRIVATE_LINKS <private>)
+# Links to modules of ours are written ndg::<module> and must be declared before: the graph cannot have a cycle.
+function(ndg_module name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;LINKS;PRIVATE_LINKS" ${ARGN})
+  foreach(link IN LISTS ARG_LINKS ARG_PRIVATE_LINKS)
+    if(link MATCHES "^ndg::" AND NOT TARGET ${link})
+      message(FATAL_ERROR "Module ${name} links ${link}, which is not a lower module")
+    endif()
+  endforeach()
+  add_library(ndg_${name} STATIC ${ARG_SOURCES})
+  add_library(ndg::${name} ALIAS ndg_${name})
+  target_include_directories(ndg_${name} PUBLIC ${CMAKE_SOURCE_DIR}/lib)
+  target_link_libraries(ndg_${name} PUBLIC ${ARG_LINKS} PRIVATE ndg_flags ${ARG_PRIVATE_LINKS})
+endfunction()
+
+# ndg_tool(<name> <links>): tools/<name>.cpp becomes an executable of that name.
+function(ndg_tool name)
+  if(NOT EXISTS ${CMAKE_SOURCE_DIR}/tools/${name}.cpp)
+    return()
+  endif()
+  add_executable(${name} ${name}.cpp)
+  target_link_libraries(${name} PRIVATE ndg_flags ${ARGN})
+endfunction()
+
+# ndg_test(<module> <links>): every tests/<module>/*.cpp goes into one Catch2 executable and one ctest entry.
+function(ndg_test name)
+  file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_SOURCE_DIR}/tests/${name}/*.cpp)
+  if(NOT sources)
+    return()
+  endif()
+  add_executable(test_${name} ${sources})
+  target_link_libraries(test_${name} PRIVATE ndg_flags ndg_test_support ${ARGN})
+  add_test(NAME ${name} COMMAND test_${name})
+endfunction()
+
+# ndg_bench(<name> <links>): bench/<name>.cpp, target bench_<name>.
+function(ndg_bench name)
+  if(NOT EXISTS ${CMAKE_SOURCE_DIR}/bench/${name}.cpp)
+    return()
+  endif()
+  add_executable(bench_${name} ${name}.cpp)
+  target_link_libraries(bench_${name} PRIVATE ndg_flags ${ARGN})
+endfunction()

@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: Apache-2.0
+// The template: everything bodies share (tessellation, layers, skeleton, weights, anatomy and its embedding).
+#pragma once
+
+#include "ndg/body/embedding.h"
+#include "ndg/body/skeleton.h"
+#include "ndg/body/skinning.h"
+#include "ndg/core/provenance.h"
+#include "ndg/core/types.h"
+
+#include <string>
+#include <vector>
+
+namespace ndg {
+
+/// One body: rest positions in the template's numbering.
+struct Body {
+    std::string name;
+    Points skin_vertices;      ///< N_s x 3, the whole closed skin with head, hands and toes
+    Points volume_vertices;    ///< N_v x 3 = [bone wrap; muscle wrap; volumetric skin], N_w rows each (X-bar of the paper)
+    Points interior_vertices;  ///< N_i x 3, vertices inside the bone wrap (TetGen's and the caps')
+    Points joint_positions;    ///< J x 3
+};
+
+/// A named piece of anatomy: a range of anatomy vertices and triangles.
+struct AnatomyPart {
+    std::string name;
+    std::string layer;  ///< "bone" or "muscle"
+    int vertex_begin = 0, vertex_end = 0, triangle_begin = 0, triangle_end = 0;
+};
+
+struct Template {
+    Skeleton skeleton;
+    Triangles skin_triangles;       ///< whole skin, indices into skin_vertices
+    SkinningWeights skin_weights;   ///< N_s rows
+    std::vector<int> wrap_to_skin;  ///< N_w: skin vertex of each wrap vertex
+    Triangles wrap_triangles;       ///< T_w x 3, indices into one wrap, 0..N_w-1 (the volumetric region)
+    Prisms prisms;                  ///< N_p = 2 T_w rows into volume vertices: muscle layer first, then fat layer
+    Tetrahedra tetrahedra;          ///< indices < N_w: bone wrap vertex; otherwise N_w + interior vertex
+    SkinningWeights interior_weights;  ///< N_i rows
+    Triangles anatomy_triangles;
+    std::vector<AnatomyPart> anatomy_parts;
+    Embedding embedding;            ///< of the anatomy vertices
+    Points anatomy_vertices;        ///< N_a x 3, of the template body
+    Body rest;                      ///< the template body itself
+
+    /// Where skin vertices come from, so that a parametric source can pose as this tessellation: barycentric points on
+    /// the source's base mesh. Empty for a template that has none.
+    RowMatrixI source_vertices;     ///< N_s x 3 base-mesh vertices
+    RowMatrix source_barycentric;   ///< N_s x 3
+
+    int num_wrap_vertices() const { return static_cast<int>(wrap_to_skin.size()); }
+    int num_volume_vertices() const { return 3 * num_wrap_vertices(); }
+    int num_prisms() const { return static_cast<int>(prisms.rows()); }
+    /// First prism of the fat layer.
+    int fat_begin() const { return num_prisms() / 2; }
+    /// Weights of the volume vertices (each wrap carries those of its skin vertex), N_v rows.
+    SkinningWeights volume_weights() const;
+    /// Weights of the prisms (method.md section 7), N_p rows.
+    SkinningWeights prism_weights() const;
+};
+
+/// Muscle-layer prisms (muscle wrap outer, bone wrap inner), then fat-layer prisms (skin outer, muscle wrap inner).
+Prisms layer_prisms(const Eigen::Ref<const Triangles>& wrap_triangles, int num_wrap_vertices);
+
+void write_template(const std::string& path, const Template& body_template, const Provenance& provenance);
+/// Throws InputError naming file, dataset and value for anything inconsistent.
+Template read_template(const std::string& path);
+
+/// Bodies of one template: names, parameters and rest positions.
+struct BodySet {
+    std::vector<Body> bodies;
+    std::vector<std::string> parameter_names;  ///< e.g. stature_m, mass_kg, bmi
+    RowMatrix parameters;                      ///< bodies x parameters
+    std::string template_sha256;               ///< content hash of the template file
+};
+void write_bodies(const std::string& path, const BodySet& bodies, const Provenance& provenance);
+/// Checks every shape against the template and every rest prism for positive Jacobians (InputError otherwise).
+BodySet read_bodies(const std::string& path, const Template& body_template);
+
+/// Skins in the template's tessellation, before layers: only skin_vertices and joint_positions of each body are filled.
+void write_skins(const std::string& path, const BodySet& skins, const Provenance& provenance);
+BodySet read_skins(const std::string& path, const Template& body_template);
+
+/// Smallest prism_min_jacobian over all prisms of a body, and which prism it is.
+struct PrismCheck {
+    int num_invalid = 0;        ///< prisms with a Jacobian <= 0 at a corner or quadrature point
+    int worst_prism_idx = -1;
+    double min_jacobian = 0;    ///< m^3
+    double min_scaled_jacobian = 0;
+};
+PrismCheck check_prisms(const Eigen::Ref<const Points>& volume_vertices, const Eigen::Ref<const Prisms>& prisms);
+
+}  // namespace ndg

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+// Logging to stderr. stdout is kept for results.
+#pragma once
+
+#include <fmt/format.h>
+
+#include <string>
+#include <utility>
+
+namespace ndg {
+
+enum class LogLevel { debug, info, warning, error, off };
+
+/// Sets the level below which messages are dropped.
+void set_log_level(LogLevel level);
+/// "debug", "info", "warning", "error" or "off"; throws InputError for anything else.
+LogLevel parse_log_level(const std::string& name);
+/// Writes one line to stderr, with time and level.
+void log_message(LogLevel level, const std::string& message);
+
+template <typename... Args>
+void log_debug(fmt::format_string<Args...> format, Args&&... args)
+{
+    log_message(LogLevel::debug, fmt::format(format, std::forward<Args>(args)...));
+}
+template <typename... Args>
+void log_info(fmt::format_string<Args...> format, Args&&... args)
+{
+    log_message(LogLevel::info, fmt::format(format, std::forward<Args>(args)...));
+}
+template <typename... Args>
+void log_warning(fmt::format_string<Args...> format, Args&&... args)
+{
+    log_message(LogLevel::warning, fmt::format(format, std::forward<Args>(args)...));
+}
+
+}  // namespace ndg

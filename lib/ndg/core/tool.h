@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+// The frame of every executable: command line, JSON config, provenance, and exceptions to exit codes.
+#pragma once
+
+#include "ndg/core/provenance.h"
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace ndg {
+
+/// One executable. Parameters are registered once and are then a command-line flag (--target-edge-length), a key of
+/// the tool's section in the JSON config ({"make-template": {"target_edge_length": 0.03}}), a line of --help and an
+/// entry of the stored config. The command line beats the file, the file beats the default. Unknown keys and sections
+/// are errors that name the nearest known one. Every tool has --config, --seed, --threads, --log-level, --force,
+/// --version and --help.
+class Tool {
+public:
+    /// `summary`: one sentence; `example`: one full command line, shown by --help.
+    Tool(std::string name, std::string summary, std::string example);
+    ~Tool();
+
+    /// Parameters: `flag` in kebab-case without dashes; the value at registration is the default.
+    /// Values outside [low, high] are input errors. The text may not be empty.
+    void parameter(const std::string& flag, double& value, const std::string& help, double low, double high);
+    void parameter(const std::string& flag, int& value, const std::string& help, int low, int high);
+    void parameter(const std::string& flag, bool& value, const std::string& help);
+    void parameter(const std::string& flag, std::vector<int>& value, const std::string& help);
+    /// `choices` empty: any text.
+    void parameter(const std::string& flag, std::string& value, const std::string& help,
+                   const std::vector<std::string>& choices = {});
+
+    /// Existing files or folders the tool reads; hashed into the provenance. Command line only.
+    void input(const std::string& flag, std::string& path, const std::string& help, bool required = true);
+    void input(const std::string& flag, std::vector<std::string>& paths, const std::string& help, bool required = true);
+    /// A file the tool writes. If it exists already, run() stops with an InputError unless --force is given or
+    /// `resumable` is true. Command line only.
+    void output(const std::string& flag, std::string& path, const std::string& help, bool required = true,
+                bool resumable = false);
+
+    /// Parses, merges the config, runs `body`, maps exceptions to exit codes (one line on stderr, no trace).
+    int run(int argc, char** argv, const std::function<void()>& body);
+
+    std::uint64_t seed() const;
+    bool force() const;
+    /// Tool name, resolved config and hashed inputs; `licences` names data the tool itself brings in.
+    Provenance provenance(const std::string& licences = "") const;
+
+private:
+    struct State;
+    std::unique_ptr<State> state_;
+};
+
+}  // namespace ndg

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "ndg/core/types.h"
+
+#include <memory>
+
+namespace ndg {
+
+struct ClosestPoint {
+    int triangle_idx = -1;
+    Eigen::Vector3d barycentric = Eigen::Vector3d::Zero();  ///< of the triangle's three vertices
+    Eigen::Vector3d point = Eigen::Vector3d::Zero();
+    double distance = 0.0;  ///< in metres (not squared)
+};
+
+/// Closest point on a triangle, with barycentric coordinates.
+ClosestPoint closest_point_on_triangle(const Eigen::Vector3d& point, const Eigen::Vector3d& a, const Eigen::Vector3d& b,
+                                       const Eigen::Vector3d& c);
+
+/// Bounding-volume hierarchy over a triangle mesh for closest-point and ray-free inside queries.
+class TriangleTree {
+public:
+    TriangleTree(const Eigen::Ref<const Points>& vertices, const Eigen::Ref<const Triangles>& triangles);
+    ~TriangleTree();
+    TriangleTree(TriangleTree&&) noexcept;
+
+    ClosestPoint closest(const Eigen::Vector3d& point) const;
+
+private:
+    struct State;
+    std::unique_ptr<State> state_;
+};
+
+/// Generalised winding number of a closed, outward mesh at each point: 1 inside, 0 outside. Direct sum of solid angles
+/// (Van Oosterom and Strackee 1983; Jacobson et al. 2013).
+Eigen::VectorXd winding_numbers(const Eigen::Ref<const Points>& vertices, const Eigen::Ref<const Triangles>& triangles,
+                                const Eigen::Ref<const Points>& query_points);
+
+}  // namespace ndg

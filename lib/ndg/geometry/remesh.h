@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+// Isotropic remeshing and decimation by CGAL (GPL): only target ndg::remesh and the tools that build templates link it.
+#pragma once
+
+#include "ndg/core/types.h"
+
+#include <vector>
+
+namespace ndg {
+
+struct TriangleMesh {
+    Points vertices;
+    Triangles triangles;
+};
+
+/// Remeshes the triangles whose label is > 0 to edges of about `target_edge_length` (metres), one label region at a
+/// time so that the borders between labels stay chains of edges; triangles of label 0 are decimated by edge collapse
+/// (Garland-Heckbert) to about `keep_ratio` of their number. Returns the new mesh and, per triangle, its label.
+/// Closed, manifold input gives closed, manifold output. Throws InputError otherwise.
+struct RemeshResult {
+    TriangleMesh mesh;
+    std::vector<int> triangle_labels;
+};
+RemeshResult remesh_regions(const TriangleMesh& mesh, const std::vector<int>& triangle_labels,
+                            double target_edge_length, double keep_ratio);
+
+/// Pairs of intersecting triangles (not sharing a vertex), by CGAL's exact predicates.
+std::vector<std::pair<int, int>> self_intersections(const Eigen::Ref<const Points>& vertices,
+                                                    const Eigen::Ref<const Triangles>& triangles);
+
+}  // namespace ndg

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "ndg/core/types.h"
+
+#include <string>
+#include <vector>
+
+namespace ndg {
+
+/// A surface as read from or written to a file, in the file's own unit and axes. Polygons are split into fans.
+struct MeshFile {
+    Points vertices;      ///< N x 3
+    Triangles triangles;  ///< T x 3, empty for a point cloud
+    /// One entry a triangle: the OBJ group it belongs to ("" elsewhere).
+    std::vector<std::string> triangle_groups;
+};
+
+/// OBJ, PLY (ascii, binary little endian), OFF, STL (ascii, binary; equal corners merged), by extension.
+/// Throws InputError naming file, line or element and value: missing, truncated, index out of range, non-finite.
+MeshFile read_mesh(const std::string& path);
+
+/// OBJ, PLY (binary), OFF, STL (binary), by extension. Writes to a temporary name and renames.
+void write_mesh(const std::string& path, const Eigen::Ref<const Points>& vertices,
+                const Eigen::Ref<const Triangles>& triangles);
+
+}  // namespace ndg
