@@ -13,6 +13,8 @@ enum class LogLevel { debug, info, warning, error, off };
 
 /// Sets the level below which messages are dropped.
 void set_log_level(LogLevel level);
+/// Whether messages of this level are written.
+bool log_enabled(LogLevel level);
 /// "debug", "info", "warning", "error" or "off"; throws InputError for anything else.
 LogLevel parse_log_level(const std::string& name);
 /// Writes one line to stderr, with time and level.

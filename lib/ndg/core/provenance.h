@@ -18,10 +18,10 @@ struct Provenance {
         std::string sha256;
         std::string licences;  ///< licence and credit lines carried over from the input; empty if none
     };
-    std::string tool;                 ///< executable name
-    std::string config_json = "{}";   ///< resolved parameters of the tool
+    std::string tool;                ///< executable name
+    std::string config_json = "{}";  ///< resolved parameters of the tool
     std::vector<Input> inputs;
-    std::string licences;             ///< licence and credit lines of data this tool brought in itself
+    std::string licences;  ///< licence and credit lines of data this tool brought in itself
 };
 
 }  // namespace ndg

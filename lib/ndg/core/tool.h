@@ -15,8 +15,9 @@ namespace ndg {
 /// One executable. Parameters are registered once and are then a command-line flag (--target-edge-length), a key of
 /// the tool's section in the JSON config ({"make-template": {"target_edge_length": 0.03}}), a line of --help and an
 /// entry of the stored config. The command line beats the file, the file beats the default. Unknown keys and sections
-/// are errors that name the nearest known one. Every tool has --config, --seed, --threads, --log-level, --force,
-/// --version and --help.
+/// are errors that name the nearest known one. Every tool has --config, --print-config, --seed (also a key of the
+/// section or of the file's top level), --threads, --log-level, --force, --version and --help. Sections of other tools
+/// and a text "description" may stand in the same file. A bool has --flag and --no-flag.
 class Tool {
 public:
     /// `summary`: one sentence; `example`: one full command line, shown by --help.
@@ -36,6 +37,8 @@ public:
     /// Existing files or folders the tool reads; hashed into the provenance. Command line only.
     void input(const std::string& flag, std::string& path, const std::string& help, bool required = true);
     void input(const std::string& flag, std::vector<std::string>& paths, const std::string& help, bool required = true);
+    /// The same for one required file given without a flag; at most one a tool.
+    void positional_input(std::string& path, const std::string& help);
     /// A file the tool writes. If it exists already, run() stops with an InputError unless --force is given or
     /// `resumable` is true. Command line only.
     void output(const std::string& flag, std::string& path, const std::string& help, bool required = true,

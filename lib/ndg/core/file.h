@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <string_view>
+
+namespace ndg {
+
+/// Whole content of a file. Throws InputError when it is missing, a folder or unreadable.
+std::string read_file(const std::string& path);
+/// Writes through a temporary name: a reader, or a crash, sees the old content or the new one. Throws Error.
+void write_file(const std::string& path, std::string_view content);
+
+/// "PATH.<pid>.tmp".
+std::string temporary_name(const std::string& path);
+/// Brings a finished temporary file to disk and renames it to `path`. Throws Error; the temporary file stays then.
+void replace_file(const std::string& temporary_path, const std::string& path);
+
+}  // namespace ndg
