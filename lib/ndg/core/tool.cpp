@@ -73,6 +73,15 @@ void check_output(const ToolOutput& output, bool force)
                   "--{}: {} exists already, give --force to overwrite it", output.flag, *output.path);
 }
 
+void check_differs(const ToolOutput& output, const ToolInput& input)
+{
+    std::error_code error;
+    for (const std::string& path : input.list()) {
+        require_input(!fs::equivalent(path, *output.path, error), "--{}: {} is also the input {}", output.flag,
+                      *output.path, input.name());
+    }
+}
+
 /// One line, whatever the message holds.
 void print_error(const std::string& tool, std::string message)
 {
@@ -131,7 +140,7 @@ std::string Tool::State::help_text() const
     for (const ToolParameter& parameter : parameters) {
         if (parameter.flag == "seed") continue;  // stands in the common line
         const std::string range = parameter.range_text();
-        options.emplace_back("--" + parameter.flag + (parameter.is_flag() ? "" : " " + parameter.value_name()),
+        options.emplace_back((parameter.is_flag() ? "--[no-]" : "--") + parameter.flag + " " + parameter.value_name(),
                              fmt::format("{}{} (default {})", parameter.help, range.empty() ? "" : ", " + range,
                                          parameter.value_text().empty() ? "none" : parameter.value_text()));
     }
@@ -191,8 +200,9 @@ void Tool::State::parse(int argc, char** argv)
     app.parse(argc, argv);
     for (std::size_t i = 0; i < parameters.size(); ++i) parameters[i].given = options[i]->count() > 0;
 
-    if (!app.remaining().empty() && !help && !version) {
-        const std::string& extra = app.remaining().front();
+    const std::vector<std::string> extras = app.remaining();
+    if (!extras.empty() && !help && !version) {
+        const std::string& extra = extras.front();
         require_input(extra.rfind("--", 0) == 0, "unexpected argument '{}'", extra);
         const std::string flag = extra.substr(2, extra.find('=') - 2);
         throw InputError(fmt::format("unknown option --{}, did you mean --{}?", flag, nearest_name(flag, flags)));
@@ -221,6 +231,9 @@ void Tool::State::resolve()
     set_num_threads(threads);
     for (const ToolInput& input : inputs) check_input(input);
     for (const ToolOutput& output : outputs) check_output(output, force);
+    for (const ToolOutput& output : outputs) {
+        for (const ToolInput& input : inputs) check_differs(output, input);
+    }
     for (const ToolOutput& output : outputs) {
         const fs::path folder = fs::path(*output.path).parent_path();
         std::error_code error;
