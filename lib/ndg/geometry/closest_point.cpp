@@ -1,1 +1,276 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "ndg/geometry/closest_point.h"
+
+#include "ndg/core/error.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <vector>
+
+namespace ndg {
+namespace {
+
+constexpr int leaf_size = 4;
+/// Depth of a median-split tree over 2^31 triangles, with room to spare.
+constexpr int max_stack = 64;
+
+struct Corners {
+    Eigen::Vector3d a, b, c;
+};
+
+/// Parameter in [0, 1] of the point nearest to `point` on the segment from `a` to `b`.
+double segment_parameter(const Eigen::Vector3d& point, const Eigen::Vector3d& a, const Eigen::Vector3d& b)
+{
+    const double squared_length = (b - a).squaredNorm();
+    return squared_length > 0.0 ? std::clamp((point - a).dot(b - a) / squared_length, 0.0, 1.0) : 0.0;
+}
+
+/// Barycentric coordinates of the nearest point on the three edges.
+Eigen::Vector3d nearest_on_edges(const Eigen::Vector3d& point, const Corners& corners)
+{
+    const std::array<const Eigen::Vector3d*, 3> vertex{&corners.a, &corners.b, &corners.c};
+    Eigen::Vector3d best = Eigen::Vector3d::Zero();
+    double best_squared = std::numeric_limits<double>::infinity();
+    for (int from = 0; from < 3; ++from) {
+        const int to = (from + 1) % 3;
+        const auto& start = *vertex[static_cast<std::size_t>(from)];
+        const auto& end = *vertex[static_cast<std::size_t>(to)];
+        const double t = segment_parameter(point, start, end);
+        const double squared = (start + t * (end - start) - point).squaredNorm();
+        if (squared < best_squared) {
+            best_squared = squared;
+            best.setZero();
+            best[from] = 1.0 - t;
+            best[to] = t;
+        }
+    }
+    return best;
+}
+
+/// Barycentric coordinates of the nearest point, by the Voronoi regions of the triangle (Ericson, Real-Time Collision
+/// Detection, 5.1.5).
+Eigen::Vector3d nearest_barycentric(const Eigen::Vector3d& point, const Corners& corners)
+{
+    const Eigen::Vector3d ab = corners.b - corners.a;
+    const Eigen::Vector3d ac = corners.c - corners.a;
+    const double largest_edge = std::max(ab.squaredNorm(), ac.squaredNorm());
+    // A needle has no usable plane; its edges hold all its points.
+    if (ab.cross(ac).norm() <= 1e-12 * largest_edge) return nearest_on_edges(point, corners);
+
+    const Eigen::Vector3d ap = point - corners.a;
+    const double d1 = ab.dot(ap);
+    const double d2 = ac.dot(ap);
+    if (d1 <= 0.0 && d2 <= 0.0) return {1, 0, 0};
+    const Eigen::Vector3d bp = point - corners.b;
+    const double d3 = ab.dot(bp);
+    const double d4 = ac.dot(bp);
+    if (d3 >= 0.0 && d4 <= d3) return {0, 1, 0};
+    const double vc = d1 * d4 - d3 * d2;
+    if (vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0) {
+        const double t = d1 / (d1 - d3);
+        return {1 - t, t, 0};
+    }
+    const Eigen::Vector3d cp = point - corners.c;
+    const double d5 = ab.dot(cp);
+    const double d6 = ac.dot(cp);
+    if (d6 >= 0.0 && d5 <= d6) return {0, 0, 1};
+    const double vb = d5 * d2 - d1 * d6;
+    if (vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0) {
+        const double t = d2 / (d2 - d6);
+        return {1 - t, 0, t};
+    }
+    const double va = d3 * d6 - d5 * d4;
+    if (va <= 0.0 && d4 - d3 >= 0.0 && d5 - d6 >= 0.0) {
+        const double t = (d4 - d3) / ((d4 - d3) + (d5 - d6));
+        return {0, 1 - t, t};
+    }
+    const double scale = 1.0 / (va + vb + vc);
+    return {1.0 - (vb + vc) * scale, vb * scale, vc * scale};
+}
+
+Eigen::Vector3d at_barycentric(const Corners& corners, const Eigen::Vector3d& barycentric)
+{
+    return barycentric[0] * corners.a + barycentric[1] * corners.b + barycentric[2] * corners.c;
+}
+
+}  // namespace
+
+ClosestPoint closest_point_on_triangle(const Eigen::Vector3d& point, const Eigen::Vector3d& a, const Eigen::Vector3d& b,
+                                       const Eigen::Vector3d& c)
+{
+    const Corners corners{a, b, c};
+    ClosestPoint result;
+    result.triangle_idx = 0;
+    result.barycentric = nearest_barycentric(point, corners);
+    result.point = at_barycentric(corners, result.barycentric);
+    result.distance = (result.point - point).norm();
+    return result;
+}
+
+struct TriangleTree::State {
+    /// Children of an inner node: the next node and `right`. A leaf holds triangles first .. first + count - 1.
+    struct Node {
+        Eigen::Vector3d low, high;
+        int right = -1;
+        int first = 0, count = 0;
+
+        double squared_distance(const Eigen::Vector3d& point) const
+        {
+            return (low - point).cwiseMax(point - high).cwiseMax(0.0).squaredNorm();
+        }
+    };
+
+    std::vector<Node> nodes;
+    std::vector<Corners> corners;  ///< in leaf order
+    std::vector<int> triangle_of_leaf_slot;
+
+    int build(std::vector<int>& order, int first, int count, const std::vector<Corners>& all)
+    {
+        const int node_idx = static_cast<int>(nodes.size());
+        nodes.emplace_back();
+        Eigen::AlignedBox3d box;
+        Eigen::AlignedBox3d centres;
+        for (int slot = first; slot < first + count; ++slot) {
+            const Corners& t = all[static_cast<std::size_t>(order[static_cast<std::size_t>(slot)])];
+            box.extend(t.a).extend(t.b).extend(t.c);
+            centres.extend(t.a + t.b + t.c);
+        }
+        Node node;
+        node.low = box.min();
+        node.high = box.max();
+        if (count <= leaf_size) {
+            node.first = first;
+            node.count = count;
+            nodes[static_cast<std::size_t>(node_idx)] = node;
+            return node_idx;
+        }
+        Eigen::Index axis = 0;
+        centres.sizes().maxCoeff(&axis);
+        const auto centre = [&](int triangle) {
+            const Corners& t = all[static_cast<std::size_t>(triangle)];
+            return t.a[axis] + t.b[axis] + t.c[axis];
+        };
+        const int half = count / 2;
+        std::nth_element(order.begin() + first, order.begin() + first + half, order.begin() + first + count,
+                         [&](int left, int right) {
+                             const double x = centre(left);
+                             const double y = centre(right);
+                             return x < y || (x == y && left < right);
+                         });
+        build(order, first, half, all);
+        node.right = build(order, first + half, count - half, all);
+        nodes[static_cast<std::size_t>(node_idx)] = node;
+        return node_idx;
+    }
+};
+
+TriangleTree::TriangleTree(const Eigen::Ref<const Points>& vertices, const Eigen::Ref<const Triangles>& triangles)
+    : state_(std::make_unique<State>())
+{
+    require(triangles.rows() > 0, "a triangle tree needs at least one triangle");
+    require(vertices.allFinite(), "a triangle tree needs finite vertices");
+    require(triangles.minCoeff() >= 0 && triangles.maxCoeff() < vertices.rows(),
+            "a triangle names a vertex outside 0..{}", vertices.rows() - 1);
+    const auto count = static_cast<std::size_t>(triangles.rows());
+    std::vector<Corners> all(count);
+    for (std::size_t t = 0; t < count; ++t) {
+        const auto row = triangles.row(static_cast<Eigen::Index>(t));
+        all[t] = {vertices.row(row[0]), vertices.row(row[1]), vertices.row(row[2])};
+    }
+    State& state = *state_;
+    state.triangle_of_leaf_slot.resize(count);
+    std::iota(state.triangle_of_leaf_slot.begin(), state.triangle_of_leaf_slot.end(), 0);
+    state.nodes.reserve(count);
+    state.build(state.triangle_of_leaf_slot, 0, static_cast<int>(count), all);
+    state.corners.reserve(count);
+    for (const int triangle : state.triangle_of_leaf_slot) {
+        state.corners.push_back(all[static_cast<std::size_t>(triangle)]);
+    }
+}
+
+TriangleTree::~TriangleTree() = default;
+TriangleTree::TriangleTree(TriangleTree&&) noexcept = default;
+
+ClosestPoint TriangleTree::closest(const Eigen::Vector3d& point) const
+{
+    require(point.allFinite(), "the closest point of a non-finite point is undefined");
+    const State& state = *state_;
+    struct Pending {
+        int node;
+        double squared;
+    };
+    std::array<Pending, max_stack> stack;
+    std::size_t top = 0;
+    stack[top++] = {0, state.nodes[0].squared_distance(point)};
+    ClosestPoint best;
+    double best_squared = std::numeric_limits<double>::infinity();
+    while (top > 0) {
+        const Pending pending = stack[--top];
+        if (pending.squared > best_squared) continue;
+        const auto& node = state.nodes[static_cast<std::size_t>(pending.node)];
+        if (node.right < 0) {
+            for (int slot = node.first; slot < node.first + node.count; ++slot) {
+                const Corners& corners = state.corners[static_cast<std::size_t>(slot)];
+                const Eigen::Vector3d barycentric = nearest_barycentric(point, corners);
+                const Eigen::Vector3d nearest = at_barycentric(corners, barycentric);
+                const double squared = (nearest - point).squaredNorm();
+                const int triangle = state.triangle_of_leaf_slot[static_cast<std::size_t>(slot)];
+                // Among equally near triangles the first wins, whatever the shape of the tree.
+                if (squared < best_squared || (squared == best_squared && triangle < best.triangle_idx)) {
+                    best_squared = squared;
+                    best.triangle_idx = triangle;
+                    best.barycentric = barycentric;
+                    best.point = nearest;
+                }
+            }
+            continue;
+        }
+        Pending nearer{pending.node + 1,
+                       state.nodes[static_cast<std::size_t>(pending.node + 1)].squared_distance(point)};
+        Pending farther{node.right, state.nodes[static_cast<std::size_t>(node.right)].squared_distance(point)};
+        if (farther.squared < nearer.squared) std::swap(nearer, farther);
+        if (farther.squared <= best_squared) stack[top++] = farther;
+        if (nearer.squared <= best_squared) stack[top++] = nearer;
+    }
+    best.distance = std::sqrt(best_squared);
+    return best;
+}
+
+Eigen::VectorXd winding_numbers(const Eigen::Ref<const Points>& vertices, const Eigen::Ref<const Triangles>& triangles,
+                                const Eigen::Ref<const Points>& query_points)
+{
+    Eigen::VectorXd result(query_points.rows());
+#pragma omp parallel
+    {
+        // Offsets and distances per vertex are shared by its six or so triangles.
+        Points offsets(vertices.rows(), 3);
+        Eigen::VectorXd lengths(vertices.rows());
+#pragma omp for schedule(static)
+        for (Eigen::Index query = 0; query < query_points.rows(); ++query) {
+            for (Eigen::Index v = 0; v < vertices.rows(); ++v) {
+                offsets.row(v) = vertices.row(v) - query_points.row(query);
+                lengths[v] = offsets.row(v).norm();
+            }
+            double half_angles = 0.0;
+            for (Eigen::Index t = 0; t < triangles.rows(); ++t) {
+                const int i = triangles(t, 0);
+                const int j = triangles(t, 1);
+                const int k = triangles(t, 2);
+                const Eigen::Vector3d a = offsets.row(i);
+                const Eigen::Vector3d b = offsets.row(j);
+                const Eigen::Vector3d c = offsets.row(k);
+                const double determinant = a.dot(b.cross(c));
+                const double denominator = lengths[i] * lengths[j] * lengths[k] + a.dot(b) * lengths[k] +
+                                           b.dot(c) * lengths[i] + c.dot(a) * lengths[j];
+                half_angles += std::atan2(determinant, denominator);
+            }
+            result[query] = half_angles / (2.0 * M_PI);
+        }
+    }
+    return result;
+}
+
+}  // namespace ndg
