@@ -49,6 +49,9 @@ struct Template {
     RowMatrixI source_vertices;     ///< N_s x 3 base-mesh vertices
     RowMatrix source_barycentric;   ///< N_s x 3
 
+    /// SHA-256 of the file this template was read from; empty for one made in memory.
+    std::string file_sha256;
+
     int num_wrap_vertices() const { return static_cast<int>(wrap_to_skin.size()); }
     int num_volume_vertices() const { return 3 * num_wrap_vertices(); }
     int num_prisms() const { return static_cast<int>(prisms.rows()); }
@@ -72,10 +75,11 @@ struct BodySet {
     std::vector<Body> bodies;
     std::vector<std::string> parameter_names;  ///< e.g. stature_m, mass_kg, bmi
     RowMatrix parameters;                      ///< bodies x parameters
-    std::string template_sha256;               ///< content hash of the template file
+    std::string template_sha256;               ///< Template::file_sha256 of the template these bodies belong to
 };
 void write_bodies(const std::string& path, const BodySet& bodies, const Provenance& provenance);
-/// Checks every shape against the template and every rest prism for positive Jacobians (InputError otherwise).
+/// Checks every shape against the template, the template's hash (where both sides know it), and every rest prism for
+/// positive Jacobians (InputError otherwise).
 BodySet read_bodies(const std::string& path, const Template& body_template);
 
 /// Skins in the template's tessellation, before layers: only skin_vertices and joint_positions of each body are filled.
