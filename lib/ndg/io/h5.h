@@ -2,7 +2,8 @@
 // HDF5 files of the project (docs/formats.md). No HDF5 type leaks from this header.
 //
 // Every file carries the root attributes format, format_version, units ("m"), up_axis ("y"), created_by (JSON: tool,
-// version, commit), config (JSON), inputs (JSON list of path and sha256) and licences.
+// version, commit), config (JSON), inputs (JSON list of path and sha256) and licences (one a line: the tool's own and
+// those of every input that is an HDF5 file with such an attribute).
 #pragma once
 
 #include "ndg/core/provenance.h"
@@ -45,7 +46,7 @@ public:
     void attribute(const std::string& name, const std::string& value);
     void attribute(const std::string& name, double value);
 
-    /// Flushes, fsyncs and renames to the final name.
+    /// Flushes, fsyncs and renames to the final name. Every slice of every created dataset must have been written.
     void commit();
 
 private:
@@ -94,5 +95,8 @@ struct H5Listing {
     std::vector<std::pair<std::string, std::string>> attributes;
 };
 H5Listing list_h5(const std::string& path);
+/// Reads every dataset of an HDF5 file with all its checksums. Throws InputError naming the first that is damaged or
+/// holds a value that is not finite.
+void check_h5(const std::string& path);
 
 }  // namespace ndg
