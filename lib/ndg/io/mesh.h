@@ -20,7 +20,8 @@ struct MeshFile {
 /// Throws InputError naming file, line or element and value: missing, truncated, index out of range, non-finite.
 MeshFile read_mesh(const std::string& path);
 
-/// OBJ, PLY (binary), OFF, STL (binary), by extension. Writes to a temporary name and renames.
+/// OBJ, PLY (binary), OFF, STL (binary), by extension; coordinates in single precision. Writes to a temporary name and
+/// renames.
 void write_mesh(const std::string& path, const Eigen::Ref<const Points>& vertices,
                 const Eigen::Ref<const Triangles>& triangles);
 

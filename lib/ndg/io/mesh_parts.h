@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+// Private to io: what the mesh formats share.
+#pragma once
+
+#include "ndg/io/mesh.h"
+
+#include <cstddef>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+namespace ndg::mesh {
+
+/// Lines of a text with their numbers, without line ends; trailing blanks and empty lines stay.
+class LineReader {
+public:
+    explicit LineReader(std::string_view text) : text_(text) {}
+    /// False at the end.
+    bool next(std::string_view& line);
+    /// Number of the line read last, from 1.
+    std::size_t number() const { return number_; }
+    std::size_t bytes_left() const { return text_.size() - begin_; }
+
+private:
+    std::string_view text_;
+    std::size_t begin_ = 0, number_ = 0;
+};
+
+/// Words between blanks.
+std::vector<std::string_view> split_words(std::string_view line);
+
+/// A finite number or an integer; `where` starts the InputError ("mesh.obj: line 3").
+double parse_real(std::string_view word, const std::string& where);
+long long parse_integer(std::string_view word, const std::string& where);
+
+/// Collects vertices and polygons, then checks them.
+class MeshBuilder {
+public:
+    explicit MeshBuilder(std::string path) : path_(std::move(path)) {}
+
+    const std::string& path() const { return path_; }
+    std::size_t num_vertices() const { return coordinates_.size() / 3; }
+    /// Throws InputError, starting with `where`, unless finite.
+    void add_vertex(double x, double y, double z, const std::string& where);
+    /// Splits the polygon into a fan. `corners` are checked in finish(), since OBJ may name vertices before they come;
+    /// `place` ("line 7", "face 3") is kept for the message.
+    void add_polygon(const std::vector<long long>& corners, const std::string& group, std::size_t place);
+    /// `place_name`: what `place` counts; `first_index`: 1 for formats that count vertices from one.
+    MeshFile finish(const std::string& place_name, int first_index) &&;
+
+private:
+    std::string path_;
+    std::vector<double> coordinates_;
+    std::vector<long long> corners_;
+    std::vector<std::size_t> places_;
+    std::vector<std::string> groups_;
+};
+
+MeshFile read_obj(const std::string& path, std::string_view content);
+MeshFile read_ply(const std::string& path, std::string_view content);
+MeshFile read_off(const std::string& path, std::string_view content);
+MeshFile read_stl(const std::string& path, std::string_view content);
+
+/// ".obj"... in lower case.
+std::string lower_extension(const std::string& path);
+
+}  // namespace ndg::mesh

@@ -1,0 +1,286 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "ndg/core/error.h"
+#include "ndg/io/mesh_parts.h"
+
+#include <array>
+#include <cstdint>
+#include <cstring>
+#include <memory>
+#include <utility>
+
+namespace ndg::mesh {
+namespace {
+
+enum class Scalar { int8, uint8, int16, uint16, int32, uint32, float32, float64 };
+
+struct Property {
+    std::string name;
+    Scalar type = Scalar::float32;
+    bool is_list = false;
+    Scalar count_type = Scalar::uint8;
+};
+
+struct Element {
+    std::string name;
+    std::uint64_t count = 0;
+    std::vector<Property> properties;
+};
+
+struct Header {
+    bool binary = false;
+    std::vector<Element> elements;
+    std::size_t num_lines = 0, num_bytes = 0;
+};
+
+std::size_t scalar_bytes(Scalar type)
+{
+    switch (type) {
+        case Scalar::int8:
+        case Scalar::uint8:
+            return 1;
+        case Scalar::int16:
+        case Scalar::uint16:
+            return 2;
+        case Scalar::float64:
+            return 8;
+        default:
+            return 4;
+    }
+}
+
+Scalar parse_scalar(std::string_view word, const std::string& where)
+{
+    static const std::array<std::pair<std::string_view, Scalar>, 16> names = {{{"char", Scalar::int8},
+                                                                               {"int8", Scalar::int8},
+                                                                               {"uchar", Scalar::uint8},
+                                                                               {"uint8", Scalar::uint8},
+                                                                               {"short", Scalar::int16},
+                                                                               {"int16", Scalar::int16},
+                                                                               {"ushort", Scalar::uint16},
+                                                                               {"uint16", Scalar::uint16},
+                                                                               {"int", Scalar::int32},
+                                                                               {"int32", Scalar::int32},
+                                                                               {"uint", Scalar::uint32},
+                                                                               {"uint32", Scalar::uint32},
+                                                                               {"float", Scalar::float32},
+                                                                               {"float32", Scalar::float32},
+                                                                               {"double", Scalar::float64},
+                                                                               {"float64", Scalar::float64}}};
+    for (const auto& [name, type] : names) {
+        if (name == word) return type;
+    }
+    throw InputError(fmt::format("{}: unknown PLY type '{}'", where, word));
+}
+
+Header read_header(const std::string& path, std::string_view content)
+{
+    Header header;
+    LineReader lines(content);
+    std::string_view line;
+    require_input(lines.next(line) && line == "ply", "{}: does not begin with \"ply\"", path);
+    bool has_format = false;
+    while (lines.next(line)) {
+        const std::string where = fmt::format("{}: line {}", path, lines.number());
+        const auto words = split_words(line);
+        if (words.empty() || words[0] == "comment" || words[0] == "obj_info") continue;
+        if (words[0] == "end_header") {
+            require_input(has_format, "{}: the format line is missing", where);
+            header.num_lines = lines.number();
+            header.num_bytes = content.size() - lines.bytes_left();
+            return header;
+        }
+        if (words[0] == "format" && words.size() == 3) {
+            has_format = true;
+            header.binary = words[1] == "binary_little_endian";
+            require_input(header.binary || words[1] == "ascii",
+                          "{}: PLY format '{}' is not supported, use ascii or binary_little_endian", where, words[1]);
+        } else if (words[0] == "element" && words.size() == 3) {
+            const long long count = parse_integer(words[2], where);
+            require_input(count >= 0, "{}: {} elements", where, count);
+            header.elements.push_back({std::string(words[1]), static_cast<std::uint64_t>(count), {}});
+        } else if (words[0] == "property" && words.size() == 3 && !header.elements.empty()) {
+            header.elements.back().properties.push_back(
+                {std::string(words[2]), parse_scalar(words[1], where), false, Scalar::uint8});
+        } else if (words[0] == "property" && words.size() == 5 && words[1] == "list" && !header.elements.empty()) {
+            const bool floating = words[2].substr(0, 2) == "fl" || words[2] == "double";
+            require_input(!floating, "{}: a list cannot be counted in '{}'", where, words[2]);
+            header.elements.back().properties.push_back(
+                {std::string(words[4]), parse_scalar(words[3], where), true, parse_scalar(words[2], where)});
+        } else {
+            throw InputError(fmt::format("{}: cannot understand '{}'", where, line.substr(0, 60)));
+        }
+    }
+    throw InputError(fmt::format("{}: truncated, the header has no end", path));
+}
+
+/// Values of the body one after the other.
+class Source {
+public:
+    virtual ~Source() = default;
+    virtual double next(Scalar type, const std::string& where) = 0;
+    virtual std::size_t bytes_left() const = 0;
+    virtual std::size_t least_bytes(Scalar type) const = 0;
+};
+
+class BinarySource : public Source {
+public:
+    explicit BinarySource(std::string_view body) : body_(body) {}
+    std::size_t bytes_left() const override { return body_.size(); }
+    std::size_t least_bytes(Scalar type) const override { return scalar_bytes(type); }
+    double next(Scalar type, const std::string& where) override
+    {
+        require_input(body_.size() >= scalar_bytes(type), "{}: truncated", where);
+        switch (type) {
+            case Scalar::int8:
+                return take<std::int8_t>();
+            case Scalar::uint8:
+                return take<std::uint8_t>();
+            case Scalar::int16:
+                return take<std::int16_t>();
+            case Scalar::uint16:
+                return take<std::uint16_t>();
+            case Scalar::int32:
+                return take<std::int32_t>();
+            case Scalar::uint32:
+                return take<std::uint32_t>();
+            case Scalar::float32:
+                return take<float>();
+            case Scalar::float64:
+                break;
+        }
+        return take<double>();
+    }
+
+private:
+    template <typename T>
+    double take()
+    {
+        T value{};
+        std::memcpy(&value, body_.data(), sizeof value);
+        body_.remove_prefix(sizeof value);
+        return static_cast<double>(value);
+    }
+    std::string_view body_;
+};
+
+class TextSource : public Source {
+public:
+    explicit TextSource(std::string_view body) : lines_(body) {}
+    std::size_t bytes_left() const override { return lines_.bytes_left(); }
+    std::size_t least_bytes(Scalar) const override { return 2; }  // a digit and a blank
+    double next(Scalar type, const std::string& where) override
+    {
+        while (word_ >= words_.size()) {
+            std::string_view line;
+            require_input(lines_.next(line), "{}: truncated", where);
+            words_ = split_words(line);
+            word_ = 0;
+        }
+        const std::string_view word = words_[word_++];
+        if (type == Scalar::float32 || type == Scalar::float64) return parse_real(word, where);
+        return static_cast<double>(parse_integer(word, where));
+    }
+
+private:
+    LineReader lines_;
+    std::vector<std::string_view> words_;
+    std::size_t word_ = 0;
+};
+
+/// A list of the header promises its count alone, everything else its value.
+void check_counts(const std::string& path, const Header& header, const Source& source)
+{
+    std::size_t bytes_left = source.bytes_left() + 1;  // the last line of a text may have no end
+    for (const Element& element : header.elements) {
+        std::size_t bytes = 0;
+        for (const Property& property : element.properties) {
+            bytes += source.least_bytes(property.is_list ? property.count_type : property.type);
+        }
+        require_input(bytes > 0, "{}: element {} has no properties", path, element.name);
+        require_input(element.count <= bytes_left / bytes, "{}: truncated, {} elements {} do not fit into its {} bytes",
+                      path, element.count, element.name, source.bytes_left());
+        bytes_left -= element.count * bytes;
+    }
+}
+
+void read_list(const Property& property, Source& source, const std::string& where, std::vector<long long>* values)
+{
+    const double count = source.next(property.count_type, where);
+    require_input(count >= 0, "{}: a list of {} values", where, count);
+    for (auto i = static_cast<std::int64_t>(count); i > 0; --i) {
+        const double value = source.next(property.type, where);
+        if (values != nullptr) values->push_back(static_cast<long long>(value));
+    }
+}
+
+void read_element(const Element& element, std::uint64_t index, Source& source, MeshBuilder& builder)
+{
+    const std::string where = fmt::format("{}: {} {}", builder.path(), element.name, index);
+    std::array<double, 3> position{};
+    std::vector<long long> corners;
+    const bool is_vertex = element.name == "vertex", is_face = element.name == "face";
+    for (const Property& property : element.properties) {
+        if (property.is_list) {
+            const bool wanted = is_face && (property.name == "vertex_indices" || property.name == "vertex_index");
+            read_list(property, source, where, wanted ? &corners : nullptr);
+        } else {
+            const double value = source.next(property.type, where);
+            if (property.name.size() == 1 && property.name[0] >= 'x' && property.name[0] <= 'z') {
+                position[static_cast<std::size_t>(property.name[0] - 'x')] = value;
+            }
+        }
+    }
+    if (is_vertex) builder.add_vertex(position[0], position[1], position[2], where);
+    if (is_face) {
+        require_input(corners.size() >= 3, "{}: a face needs three vertices, got {}", where, corners.size());
+        builder.add_polygon(corners, "", index);
+    }
+}
+
+void check_properties(const std::string& path, const Header& header)
+{
+    int num_vertex_elements = 0;
+    for (const Element& element : header.elements) {
+        const auto has = [&element](bool is_list, std::string_view name) {
+            for (const Property& property : element.properties) {
+                const bool real = property.type == Scalar::float32 || property.type == Scalar::float64;
+                if (property.is_list == is_list && property.name == name) return !(is_list && real);
+            }
+            return false;
+        };
+        if (element.name == "vertex") {
+            ++num_vertex_elements;
+            for (const char* name : {"x", "y", "z"}) {
+                require_input(has(false, name), "{}: vertices have no property {}", path, name);
+            }
+        }
+        if (element.name == "face") {
+            require_input(has(true, "vertex_indices") || has(true, "vertex_index"),
+                          "{}: faces have no list of integers vertex_indices", path);
+        }
+    }
+    require_input(num_vertex_elements == 1, "{}: {} elements \"vertex\", expected one", path, num_vertex_elements);
+}
+
+}  // namespace
+
+MeshFile read_ply(const std::string& path, std::string_view content)
+{
+    const Header header = read_header(path, content);
+    check_properties(path, header);
+    const std::string_view body = content.substr(header.num_bytes);
+    std::unique_ptr<Source> source;
+    if (header.binary) {
+        source = std::make_unique<BinarySource>(body);
+    } else {
+        source = std::make_unique<TextSource>(body);
+    }
+    check_counts(path, header, *source);
+    MeshBuilder builder(path);
+    for (const Element& element : header.elements) {
+        for (std::uint64_t i = 0; i < element.count; ++i) read_element(element, i, *source, builder);
+    }
+    return std::move(builder).finish("face", 0);
+}
+
+}  // namespace ndg::mesh
