@@ -17,8 +17,8 @@ const std::vector<std::string>& view_names()
 View parse_view(const std::string& name)
 {
     const auto found = std::find(view_names().begin(), view_names().end(), name);
-    require_input(found != view_names().end(), "\"{}\" is not a view; there are front, back, left, right, three-quarter",
-                  name);
+    require_input(found != view_names().end(),
+                  "\"{}\" is not a view; there are front, back, left, right, three-quarter", name);
     return View(found - view_names().begin());
 }
 
@@ -26,11 +26,20 @@ Eigen::Vector3d view_direction(View view, double heading)
 {
     double azimuth = heading;  // about +y, from +z towards +x
     switch (view) {
-        case View::front: break;
-        case View::back: azimuth += M_PI; break;
-        case View::left: azimuth += M_PI / 2; break;
-        case View::right: azimuth -= M_PI / 2; break;
-        case View::three_quarter: azimuth += 35.0 * M_PI / 180.0; break;
+        case View::front:
+            break;
+        case View::back:
+            azimuth += M_PI;
+            break;
+        case View::left:
+            azimuth += M_PI / 2;
+            break;
+        case View::right:
+            azimuth -= M_PI / 2;
+            break;
+        case View::three_quarter:
+            azimuth += 35.0 * M_PI / 180.0;
+            break;
     }
     const double elevation = 7.0 * M_PI / 180.0;
     return {std::cos(elevation) * std::sin(azimuth), std::sin(elevation), std::cos(elevation) * std::cos(azimuth)};

@@ -12,8 +12,9 @@ Eigen::Vector3f diverging_colour(double value)
 {
     // Control colours at -1, -1/2, 0, 1/2, 1; between them linear in sRGB. The two arms have matching lightness.
     static const std::array<Eigen::Vector3f, 5> stops = {
-        Eigen::Vector3f(0.13f, 0.26f, 0.60f), Eigen::Vector3f(0.42f, 0.63f, 0.86f), Eigen::Vector3f(0.90f, 0.89f, 0.88f),
-        Eigen::Vector3f(0.93f, 0.53f, 0.39f), Eigen::Vector3f(0.66f, 0.07f, 0.13f)};
+        Eigen::Vector3f(0.13f, 0.26f, 0.60f), Eigen::Vector3f(0.42f, 0.63f, 0.86f),
+        Eigen::Vector3f(0.90f, 0.89f, 0.88f), Eigen::Vector3f(0.93f, 0.53f, 0.39f),
+        Eigen::Vector3f(0.66f, 0.07f, 0.13f)};
     const double position = 2.0 * (std::clamp(value, -1.0, 1.0) + 1.0);
     const int stop = std::min(int(position), 3);
     const float t = float(position - stop);
@@ -21,8 +22,8 @@ Eigen::Vector3f diverging_colour(double value)
 }
 
 Eigen::VectorXd volume_change(const Eigen::Ref<const Points>& rest_vertices,
-                              const Eigen::Ref<const Points>& deformed_vertices,
-                              const Eigen::Ref<const Prisms>& prisms, int num_wrap_vertices)
+                              const Eigen::Ref<const Points>& deformed_vertices, const Eigen::Ref<const Prisms>& prisms,
+                              int num_wrap_vertices)
 {
     const Eigen::VectorXd rest = prism_volumes(rest_vertices, prisms);
     const Eigen::VectorXd deformed = prism_volumes(deformed_vertices, prisms);

@@ -12,7 +12,7 @@ Eigen::Vector3f diverging_colour(double value);
 /// touch the vertex on any of the three wraps. `num_wrap_vertices` = N_w, vertices have 3 N_w rows. Zero for a vertex
 /// that no prism touches.
 Eigen::VectorXd volume_change(const Eigen::Ref<const Points>& rest_vertices,
-                              const Eigen::Ref<const Points>& deformed_vertices,
-                              const Eigen::Ref<const Prisms>& prisms, int num_wrap_vertices);
+                              const Eigen::Ref<const Points>& deformed_vertices, const Eigen::Ref<const Prisms>& prisms,
+                              int num_wrap_vertices);
 
 }  // namespace ndg

@@ -39,8 +39,8 @@ struct PngWriter {
 
 Image::Image(int image_width, int image_height, Pixel fill) : width(image_width), height(image_height)
 {
-    require(width >= 1 && width <= 30000 && height >= 1 && height <= 30000, "An image of {} x {} pixels is not possible",
-            width, height);
+    require(width >= 1 && width <= 30000 && height >= 1 && height <= 30000,
+            "An image of {} x {} pixels is not possible", width, height);
     pixels.assign(std::size_t(width) * std::size_t(height), fill);
 }
 
@@ -64,8 +64,7 @@ Eigen::Vector3f linear_from_srgb(const Eigen::Vector3f& colour)
 Pixel pixel_from_linear(const Eigen::Vector3f& colour)
 {
     Pixel pixel{};
-    for (int k = 0; k < 3; ++k)
-        pixel[std::size_t(k)] = std::uint8_t(std::lround(255.0f * srgb_from_linear(colour[k])));
+    for (int k = 0; k < 3; ++k) pixel[std::size_t(k)] = std::uint8_t(std::lround(255.0f * srgb_from_linear(colour[k])));
     return pixel;
 }
 
@@ -113,7 +112,8 @@ Image tile_images(const std::vector<Image>& images, int columns, const SheetLabe
     if (!labels.title.empty()) top += text_height(title_scale) + gap;
     if (!labels.columns.empty()) top += text_height(scale) + gap;
     int width = left + columns * (cell_width + gap);
-    width = std::max({width, text_width(labels.title, title_scale) + 2 * gap, text_width(labels.footer, scale) + 2 * gap});
+    width =
+        std::max({width, text_width(labels.title, title_scale) + 2 * gap, text_width(labels.footer, scale) + 2 * gap});
     const int bottom = labels.footer.empty() ? 0 : text_height(scale) + gap;
     Image sheet(width, top + num_rows * (cell_height + gap) + bottom, background);
     draw_text(sheet, labels.title, gap, gap, title_scale, ink);

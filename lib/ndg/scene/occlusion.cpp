@@ -17,8 +17,10 @@ RaySegment clip_ray(const Eigen::Vector3d& origin, const Eigen::Vector3d& direct
         return segment;
     }
     const float crossing = float(-height / slope);
-    if (slope > 0) segment.far = std::min(segment.far, crossing);
-    else segment.near = std::max(segment.near, crossing);
+    if (slope > 0)
+        segment.far = std::min(segment.far, crossing);
+    else
+        segment.near = std::max(segment.near, crossing);
     return segment;
 }
 
@@ -64,16 +66,15 @@ std::vector<float> vertex_openness(const RayTracer& tracer, const Layer& layer, 
     for (int i = 0; i < num_vertices; ++i) {
         const Eigen::Vector3d normal = normals.row(i).transpose();
         if (normal.squaredNorm() < 0.5) continue;  // no triangle uses this vertex
-        open[std::size_t(i)] =
-            openness(tracer, layer.vertices.row(i).transpose(), normal, settings.occlusion_rays,
-                     settings.occlusion_distance, hash(std::uint32_t(i), 0x0cc1u), settings.clip);
+        open[std::size_t(i)] = openness(tracer, layer.vertices.row(i).transpose(), normal, settings.occlusion_rays,
+                                        settings.occlusion_distance, hash(std::uint32_t(i), 0x0cc1u), settings.clip);
     }
     std::vector<float> sums(open.size(), 0.0f), counts(open.size(), 0.0f);
     for (Eigen::Index t = 0; t < layer.triangles.rows(); ++t)
         for (int k = 0; k < 3; ++k) {
             const auto vertex = std::size_t(layer.triangles(t, k));
-            sums[vertex] += open[std::size_t(layer.triangles(t, (k + 1) % 3))] +
-                            open[std::size_t(layer.triangles(t, (k + 2) % 3))];
+            sums[vertex] +=
+                open[std::size_t(layer.triangles(t, (k + 1) % 3))] + open[std::size_t(layer.triangles(t, (k + 2) % 3))];
             counts[vertex] += 2.0f;
         }
     for (std::size_t i = 0; i < open.size(); ++i)

@@ -81,7 +81,8 @@ Fragment shade(const Scene& scene, const RayHit& hit, const Eigen::Vector3d& dir
     const float fill = float(std::max(0.0, normal.dot(scene.fill_light)));
     const float sky = float(0.5 + 0.5 * normal.y());
     if (from_behind) open = 0.45f;
-    const float light = key * (0.35f + 0.65f * open) * 0.78f + fill * 0.22f * open + (0.20f + 0.22f * sky) * open * open;
+    const float light =
+        key * (0.35f + 0.65f * open) * 0.78f + fill * 0.22f * open + (0.20f + 0.22f * sky) * open * open;
     const Eigen::Vector3d half_way = (scene.key_light - direction).normalized();
     const float highlight =
         from_behind ? 0.0f : layer.gloss * open * std::pow(float(std::max(0.0, normal.dot(half_way))), 40.0f);
@@ -123,8 +124,7 @@ Eigen::Vector3f trace(const Scene& scene, const RayTracer& tracer, const Ray& ra
         }
         segment.near = hit.distance + 4e-6f * (1.0f + hit.distance);  // past this surface, float32 rounding included
     }
-    if (transmittance > 2e-3f)
-        colour += transmittance * shade_background(scene, tracer, ray, 0.0f, key, settings);
+    if (transmittance > 2e-3f) colour += transmittance * shade_background(scene, tracer, ray, 0.0f, key, settings);
     return colour;
 }
 
@@ -132,8 +132,8 @@ Eigen::Vector3f trace(const Scene& scene, const RayTracer& tracer, const Ray& ra
 
 Image render(const std::vector<Layer>& layers, const Camera& camera, const RenderSettings& settings)
 {
-    require(settings.samples_per_axis >= 1 && settings.samples_per_axis <= 16, "{} x {} samples a pixel is not possible",
-            settings.samples_per_axis, settings.samples_per_axis);
+    require(settings.samples_per_axis >= 1 && settings.samples_per_axis <= 16,
+            "{} x {} samples a pixel is not possible", settings.samples_per_axis, settings.samples_per_axis);
     const RayTracer tracer(layers);
     Scene scene;
     scene.background = linear_from_srgb(settings.background);
@@ -155,7 +155,8 @@ Image render(const std::vector<Layer>& layers, const Camera& camera, const Rende
                 for (int sx = 0; sx < samples; ++sx) {
                     const Ray ray = camera.ray((x + (sx + 0.5) / samples) / image.width,
                                                (y + (sy + 0.5) / samples) / image.height, aspect);
-                    const std::uint32_t key = hash(std::uint32_t(y * image.width + x), std::uint32_t(sy * samples + sx));
+                    const std::uint32_t key =
+                        hash(std::uint32_t(y * image.width + x), std::uint32_t(sy * samples + sx));
                     sum += trace(scene, tracer, ray, key, settings).cwiseMin(1.0f);
                 }
             image.at(x, y) = pixel_from_linear(sum / float(samples * samples));

@@ -21,9 +21,9 @@ struct RenderSettings {
     int width = 900, height = 1200;
     int samples_per_axis = 2;  ///< supersampling: this squared rays a pixel, averaged in linear light
     Eigen::Vector3f background = Eigen::Vector3f(0.955f, 0.96f, 0.965f);  ///< sRGB
-    bool lit = true;              ///< false: surfaces show their colour as it is, and nothing darkens anything
-    int occlusion_rays = 48;      ///< rays a vertex for ambient occlusion; 0: none
-    double occlusion_distance = 0.30;  ///< metres
+    bool lit = true;                      ///< false: surfaces show their colour as it is, and nothing darkens anything
+    int occlusion_rays = 48;              ///< rays a vertex for ambient occlusion; 0: none
+    double occlusion_distance = 0.30;     ///< metres
     std::optional<double> ground_height;  ///< contact shadow on the floor at this y
     std::optional<ClipPlane> clip;
 };

@@ -112,7 +112,10 @@ int text_width(const std::string& text, int scale)
     return text.empty() ? 0 : (int(text.size()) * (glyph_width + 1) - 1) * scale;
 }
 
-int text_height(int scale) { return glyph_height * scale; }
+int text_height(int scale)
+{
+    return glyph_height * scale;
+}
 
 void draw_text(Image& image, const std::string& text, int x, int y, int scale, Pixel colour)
 {

@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "ndg/scene/body_layers.h"
+
+#include "ndg/core/error.h"
+#include "ndg/scene/colour_map.h"
+
+#include <cmath>
+
+namespace ndg {
+namespace {
+
+const Eigen::Vector3f skin_colour(0.80f, 0.69f, 0.62f), muscle_colour(0.70f, 0.22f, 0.20f),
+    bone_wrap_colour(0.86f, 0.76f, 0.58f), bone_colour(0.93f, 0.89f, 0.78f);
+
+Layer wrap_layer(const std::string& name, const Template& body_template, const BodyGeometry& geometry, int wrap,
+                 const Eigen::Vector3f& colour)
+{
+    const int num_wrap = body_template.num_wrap_vertices();
+    require(geometry.volume_vertices.rows() == 3 * num_wrap, "A body has {} volume vertices, its template {}",
+            geometry.volume_vertices.rows(), 3 * num_wrap);
+    Layer layer;
+    layer.name = name;
+    layer.vertices = geometry.volume_vertices.middleRows(wrap * num_wrap, num_wrap);
+    layer.triangles = body_template.wrap_triangles;
+    layer.colour = colour;
+    return layer;
+}
+
+/// The anatomy parts of one kind as one surface with its own vertex numbering.
+Layer gather_anatomy(const std::string& name, const std::string& kind, const Template& body_template,
+                     const BodyGeometry& geometry)
+{
+    Layer layer;
+    layer.name = name;
+    Eigen::Index num_vertices = 0, num_triangles = 0;
+    for (const AnatomyPart& part : body_template.anatomy_parts)
+        if (part.layer == kind) {
+            num_vertices += part.vertex_end - part.vertex_begin;
+            num_triangles += part.triangle_end - part.triangle_begin;
+        }
+    layer.vertices.resize(num_vertices, 3);
+    layer.triangles.resize(num_triangles, 3);
+    Eigen::Index vertex = 0, triangle = 0;
+    for (const AnatomyPart& part : body_template.anatomy_parts) {
+        if (part.layer != kind) continue;
+        const Eigen::Index part_vertices = part.vertex_end - part.vertex_begin;
+        const Eigen::Index part_triangles = part.triangle_end - part.triangle_begin;
+        layer.vertices.middleRows(vertex, part_vertices) =
+            geometry.anatomy_vertices.middleRows(part.vertex_begin, part_vertices);
+        layer.triangles.middleRows(triangle, part_triangles) =
+            body_template.anatomy_triangles.middleRows(part.triangle_begin, part_triangles).array() +
+            int(vertex - part.vertex_begin);
+        vertex += part_vertices;
+        triangle += part_triangles;
+    }
+    return layer;
+}
+
+Points embedded_anatomy(const Template& body_template, const Points& volume_vertices, const Points& interior_vertices)
+{
+    if (body_template.anatomy_parts.empty()) return Points(0, 3);
+    return apply_embedding(body_template.embedding, volume_vertices, interior_vertices);
+}
+
+}  // namespace
+
+BodyGeometry rest_geometry(const Template& body_template, const Body& body)
+{
+    return {body.skin_vertices, body.volume_vertices,
+            embedded_anatomy(body_template, body.volume_vertices, body.interior_vertices), 0.0};
+}
+
+BodyGeometry posed_geometry(const BodyPoser& poser, const Body& body, const Pose& pose,
+                            const Eigen::Ref<const Points>& deformed_volume)
+{
+    require(deformed_volume.rows() == body.volume_vertices.rows(), "A deformation has {} vertices, its body {}",
+            deformed_volume.rows(), body.volume_vertices.rows());
+    const std::vector<Eigen::Isometry3d> world_from_rest = poser.world_from_rest(body, pose);
+    BodyGeometry geometry;
+    geometry.skin_vertices = poser.display_skin(body, world_from_rest, deformed_volume);
+    geometry.volume_vertices = deformed_volume;
+    geometry.anatomy_vertices =
+        embedded_anatomy(poser.body_template(), geometry.volume_vertices, poser.interior(body, world_from_rest));
+    const Eigen::Vector3d forward = world_from_rest[0].linear().col(2);
+    // A body lying down has no heading; it is then shown from +z.
+    if (std::hypot(forward.x(), forward.z()) > 0.3) geometry.heading = std::atan2(forward.x(), forward.z());
+    return geometry;
+}
+
+BodyGeometry skinned_geometry(const BodyPoser& poser, const Body& body, const Pose& pose)
+{
+    return posed_geometry(poser, body, pose, poser.volume(body, poser.world_from_rest(body, pose)));
+}
+
+Layer skin_layer(const Template& body_template, const BodyGeometry& geometry)
+{
+    Layer layer;
+    layer.name = "skin";
+    layer.vertices = geometry.skin_vertices;
+    layer.triangles = body_template.skin_triangles;
+    layer.colour = skin_colour;
+    return layer;
+}
+
+Layer skin_shell(const Template& body_template, const BodyGeometry& geometry)
+{
+    Layer layer = skin_layer(body_template, geometry);
+    layer.colour = {0.62f, 0.70f, 0.78f};
+    layer.opacity = 0.13f;
+    layer.edge_opacity = 0.62f;
+    layer.gloss = 0.35f;
+    layer.two_sided = false;
+    return layer;
+}
+
+Layer muscle_wrap_layer(const Template& body_template, const BodyGeometry& geometry)
+{
+    Layer layer = wrap_layer("muscle_wrap", body_template, geometry, 1, muscle_colour);
+    layer.gloss = 0.25f;
+    return layer;
+}
+
+Layer bone_wrap_layer(const Template& body_template, const BodyGeometry& geometry)
+{
+    return wrap_layer("bone_wrap", body_template, geometry, 0, bone_wrap_colour);
+}
+
+std::vector<Layer> anatomy_layers(const Template& body_template, const BodyGeometry& geometry)
+{
+    Layer bones = gather_anatomy("bones", "bone", body_template, geometry);
+    Layer muscles = gather_anatomy("muscles", "muscle", body_template, geometry);
+    bones.colour = bone_colour;
+    muscles.colour = muscle_colour;
+    muscles.gloss = 0.25f;
+    std::vector<Layer> layers;
+    if (bones.triangles.rows() > 0) layers.push_back(std::move(bones));
+    if (muscles.triangles.rows() > 0) layers.push_back(std::move(muscles));
+    return layers;
+}
+
+Layer volume_change_layer(const Template& body_template, const Body& body, const BodyGeometry& geometry, double range)
+{
+    require(range > 0, "The range of a volume change must be positive, not {}", range);
+    Layer layer = skin_layer(body_template, geometry);
+    const Eigen::VectorXd change = volume_change(body.volume_vertices, geometry.volume_vertices, body_template.prisms,
+                                                 body_template.num_wrap_vertices());
+    layer.vertex_colours = Eigen::RowVector3f(0.72f, 0.72f, 0.72f).replicate(layer.vertices.rows(), 1);
+    for (int w = 0; w < body_template.num_wrap_vertices(); ++w)
+        layer.vertex_colours.row(body_template.wrap_to_skin[std::size_t(w)]) =
+            diverging_colour(change[w] / range).transpose();
+    layer.gloss = 0.05f;
+    return layer;
+}
+
+}  // namespace ndg

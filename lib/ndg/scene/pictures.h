@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+// The project's pictures: one body, its layers, sections through it, samples side by side, a row of bodies.
+#pragma once
+
+#include "ndg/body/pose_set.h"
+#include "ndg/body/sample_set.h"
+#include "ndg/scene/body_layers.h"
+#include "ndg/scene/camera.h"
+#include "ndg/scene/image.h"
+
+#include <string>
+#include <vector>
+
+namespace ndg {
+
+struct PictureSettings {
+    View view = View::front;
+    int height = 1200;  ///< pixels of one body; the width follows
+    int samples_per_axis = 2;
+    bool volume_colours = false;  ///< colour the skin by volume change
+    double colour_range = 0.3;    ///< volume change shown in full colour
+};
+
+/// The skin of one body, or of its volume change.
+Image body_picture(const Template& body_template, const Body& body, const BodyGeometry& geometry,
+                   const PictureSettings& settings);
+
+/// Front and back of skin, muscle wrap, bone wrap and anatomy side by side, each inside a faint skin.
+Image layers_picture(const Template& body_template, const BodyGeometry& geometry, const PictureSettings& settings);
+
+/// Sections of a body at rest: a frontal one through the shoulders, and horizontal ones through chest, abdomen, upper
+/// arm, hip and thigh, with fat, muscle, the inside of the bone wrap and the anatomy in colours of their own.
+Image sections_picture(const Template& body_template, const Body& body, const PictureSettings& settings);
+
+/// One row a sample, one column a file: `num_samples` pairs of `split` spread evenly over those the first file holds.
+/// Every row is seen by one camera that frames all its bodies. Throws InputError when a file lacks a pair, a body or
+/// pose index has no counterpart, or the split has no sample.
+Image frames_picture(const BodyPoser& poser, const BodySet& bodies, const PoseSet& poses,
+                     const std::vector<DeformationSet>& files, const std::string& split, int num_samples,
+                     const PictureSettings& settings);
+
+/// Up to `max_bodies` bodies at rest, spread evenly over the set, all at one scale.
+Image bodies_picture(const Template& body_template, const BodySet& bodies, int max_bodies,
+                     const PictureSettings& settings);
+
+}  // namespace ndg
