@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "ndg/core/error.h"
+#include "ndg/core/file.h"
+#include "ndg/core/hash.h"
+#include "ndg/core/interrupt.h"
+#include "ndg/core/log.h"
+#include "ndg/core/progress.h"
+#include "ndg/core/provenance.h"
+#include "ndg/core/threads.h"
+#include "support/support.h"
+
+#include <catch2/catch.hpp>
+
+#include <csignal>
+#include <filesystem>
+#include <thread>
+
+using namespace ndg;
+using ndg::test::TemporaryFolder;
+
+TEST_CASE("SHA-256 of FIPS 180-4's examples")
+{
+    CHECK(sha256("") == "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855");
+    CHECK(sha256("abc") == "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
+    CHECK(sha256("abcdbcdecdefdefgefghfghighijhijkijkljklmklmnlmnomnopnopq") ==
+          "248d6a61d20638b8e5c026930c3e6039a33ce45964ff2167f6ecedd419db06c1");
+    const TemporaryFolder folder;
+    write_file(folder.file("million"), std::string(1000000, 'a'));
+    CHECK(sha256_path(folder.file("million")) == "cdc76e5c9914fb9281a1c7e284d73e67f1809a48a497200e046d39ccc7112cd0");
+}
+
+TEST_CASE("a folder's hash follows names and contents, not order of creation")
+{
+    const TemporaryFolder one, two;
+    std::filesystem::create_directory(one.file("sub"));
+    std::filesystem::create_directory(two.file("sub"));
+    write_file(one.file("a"), "1");
+    write_file(one.file("sub/b"), "2");
+    write_file(two.file("sub/b"), "2");
+    write_file(two.file("a"), "1");
+    CHECK(sha256_path(one.path()) == sha256_path(two.path()));
+    const std::string before = sha256_path(two.path());
+    std::filesystem::rename(two.file("a"), two.file("c"));
+    CHECK(sha256_path(two.path()) != before);
+    CHECK_THROWS_AS(sha256_path(one.file("missing")), InputError);
+}
+
+TEST_CASE("files are replaced whole and leave no temporary name")
+{
+    const TemporaryFolder folder;
+    write_file(folder.file("x"), "old");
+    write_file(folder.file("x"), std::string("new\0", 4));
+    CHECK(read_file(folder.file("x")) == std::string("new\0", 4));
+    CHECK_THROWS_AS(write_file(folder.file("no/such/folder"), ""), Error);
+    // The target is a folder: the rename fails after the temporary file was written.
+    std::filesystem::create_directories(folder.file("d/e"));
+    CHECK_THROWS_WITH(write_file(folder.file("d"), "y"), Catch::Contains("cannot rename"));
+    std::size_t count = 0;
+    for (const auto& entry : std::filesystem::directory_iterator(folder.path())) count += entry.exists() ? 1 : 0;
+    CHECK(count == 2);
+    CHECK_THROWS_WITH(read_file(folder.file("missing")), Catch::Contains("does not exist"));
+    CHECK_THROWS_WITH(read_file(folder.path()), Catch::Contains("is a folder"));
+}
+
+TEST_CASE("signals set a flag")
+{
+    CHECK_FALSE(interrupt_requested());
+    catch_interrupts();
+    std::raise(SIGUSR1);
+    CHECK(interrupt_requested());
+}
+
+TEST_CASE("log levels and threads")
+{
+    CHECK(parse_log_level("warning") == LogLevel::warning);
+    CHECK_THROWS_AS(parse_log_level("loud"), InputError);
+    set_log_level(LogLevel::error);
+    CHECK_FALSE(log_enabled(LogLevel::info));
+    CHECK(log_enabled(LogLevel::error));
+    CHECK_FALSE(log_enabled(LogLevel::off));
+    set_num_threads(2);
+    CHECK(num_threads() == 2);
+    set_num_threads(0);
+    CHECK(num_threads() >= 1);
+    CHECK_THROWS_AS(set_num_threads(-1), InputError);
+}
+
+TEST_CASE("progress may advance from several threads")
+{
+    Progress progress("test", 4000);
+    std::vector<std::thread> threads;
+    for (int t = 0; t < 4; ++t) {
+        threads.emplace_back([&] {
+            for (int i = 0; i < 1000; ++i) progress.advance();
+        });
+    }
+    for (std::thread& thread : threads) thread.join();
+}
+
+TEST_CASE("version and commit are never empty")
+{
+    CHECK(project_version() == "0.1.0");
+    CHECK_FALSE(project_commit().empty());
+}
