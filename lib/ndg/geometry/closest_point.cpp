@@ -18,7 +18,15 @@ constexpr int leaf_size = 4;
 constexpr int max_stack = 64;
 
 struct Corners {
+    Corners() = default;
+    Corners(const Eigen::Vector3d& a_, const Eigen::Vector3d& b_, const Eigen::Vector3d& c_) : a(a_), b(b_), c(c_)
+    {
+        const double largest_edge = std::max((b - a).squaredNorm(), (c - a).squaredNorm());
+        flat = (b - a).cross(c - a).norm() <= 1e-12 * largest_edge;
+    }
+
     Eigen::Vector3d a, b, c;
+    bool flat = true;  ///< a needle has no usable plane; its edges hold all its points
 };
 
 /// Parameter in [0, 1] of the point nearest to `point` on the segment from `a` to `b`.
@@ -54,12 +62,9 @@ Eigen::Vector3d nearest_on_edges(const Eigen::Vector3d& point, const Corners& co
 /// Detection, 5.1.5).
 Eigen::Vector3d nearest_barycentric(const Eigen::Vector3d& point, const Corners& corners)
 {
+    if (corners.flat) return nearest_on_edges(point, corners);
     const Eigen::Vector3d ab = corners.b - corners.a;
     const Eigen::Vector3d ac = corners.c - corners.a;
-    const double largest_edge = std::max(ab.squaredNorm(), ac.squaredNorm());
-    // A needle has no usable plane; its edges hold all its points.
-    if (ab.cross(ac).norm() <= 1e-12 * largest_edge) return nearest_on_edges(point, corners);
-
     const Eigen::Vector3d ap = point - corners.a;
     const double d1 = ab.dot(ap);
     const double d2 = ac.dot(ap);

@@ -84,6 +84,30 @@ std::pair<int, int> edge_labels(const SurfaceMesh& surface, const LabelMap& labe
     return {labels[surface.face(surface.halfedge(edge, 0))], labels[surface.face(surface.halfedge(edge, 1))]};
 }
 
+/// Gives a triangle with two neighbours of one other label that label: such teeth would become slivers or folds along
+/// the border. Every change shortens the border by an edge or more, so it ends.
+void cut_teeth(const SurfaceMesh& surface, LabelMap& labels)
+{
+    bool changed = true;
+    while (changed) {
+        changed = false;
+        for (const Face face : surface.faces()) {
+            std::array<int, 3> neighbours{};
+            std::size_t side = 0;
+            for (const auto halfedge : surface.halfedges_around_face(surface.halfedge(face))) {
+                neighbours[side++] = labels[surface.face(surface.opposite(halfedge))];
+            }
+            std::sort(neighbours.begin(), neighbours.end());
+            // Of three sorted labels, one that occurs twice is the middle one.
+            const bool twice = neighbours[0] == neighbours[1] || neighbours[1] == neighbours[2];
+            if (twice && neighbours[1] != labels[face]) {
+                labels[face] = neighbours[1];
+                changed = true;
+            }
+        }
+    }
+}
+
 void remesh_labelled(SurfaceMesh& surface, const LabelMap& labels, double target_edge_length)
 {
     std::vector<Face> faces;
@@ -98,7 +122,7 @@ void remesh_labelled(SurfaceMesh& surface, const LabelMap& labels, double target
                                                            .number_of_relaxation_steps(3)
                                                            .face_patch_map(labels)
                                                            .protect_constraints(false)
-                                                           .relax_constraints(true));
+                                                           .relax_constraints(false));
 }
 
 /// Splits and collapses leave the vertices of borders on chords of the original surface; this puts them back onto it.
@@ -183,6 +207,7 @@ RemeshResult remesh_regions(const TriangleMesh& mesh, const std::vector<int>& tr
     try {
         LabelMap labels;
         SurfaceMesh surface = to_surface_mesh(mesh, triangle_labels, labels);
+        cut_teeth(surface, labels);
         remesh_labelled(surface, labels, target_edge_length);
         project_borders(surface, labels, TriangleTree(mesh.vertices, mesh.triangles));
         const auto unlabelled = std::count(triangle_labels.begin(), triangle_labels.end(), 0);

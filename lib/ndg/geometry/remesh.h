@@ -15,7 +15,9 @@ struct TriangleMesh {
 
 /// Remeshes the triangles whose label is > 0 to edges of about `target_edge_length` (metres), one label region at a
 /// time so that the borders between labels stay chains of edges; triangles of label 0 are decimated by edge collapse
-/// (Garland-Heckbert) to about `keep_ratio` of their number. Returns the new mesh and, per triangle, its label.
+/// (Garland-Heckbert) to about `keep_ratio` of their number. Vertices of labelled regions and borders lie on the input
+/// surface. A single triangle that sticks out of its region like a tooth first takes the label around it. Returns the
+/// new mesh and, per triangle, its label. Deterministic.
 /// Closed, manifold input gives closed, manifold output. Throws InputError otherwise.
 struct RemeshResult {
     TriangleMesh mesh;
