@@ -5,6 +5,7 @@
 #include "ndg/io/h5.h"
 
 #include <algorithm>
+#include <limits>
 
 namespace ndg {
 
@@ -138,8 +139,10 @@ PrismCheck check_prisms(const Eigen::Ref<const Points>& volume_vertices, const E
 #pragma omp parallel for schedule(static)
     for (Eigen::Index p = 0; p < prisms.rows(); ++p) {
         const PrismVertices prism = gather_prism(volume_vertices, prisms, p);
-        jacobians[p] = prism_min_jacobian(prism);
-        scaled_jacobians[p] = prism_min_scaled_jacobian(prism);
+        // Positions that are no numbers make the worst prism there is.
+        const bool finite = prism.allFinite();
+        jacobians[p] = finite ? prism_min_jacobian(prism) : -std::numeric_limits<double>::infinity();
+        scaled_jacobians[p] = finite ? prism_min_scaled_jacobian(prism) : -1.0;
     }
     PrismCheck check;
     for (Eigen::Index p = 0; p < prisms.rows(); ++p) {
@@ -149,7 +152,6 @@ PrismCheck check_prisms(const Eigen::Ref<const Points>& volume_vertices, const E
         }
         check.min_scaled_jacobian =
             p == 0 ? scaled_jacobians[p] : std::min(check.min_scaled_jacobian, scaled_jacobians[p]);
-        // Written so that a Jacobian that is not a number counts as invalid.
         if (!(jacobians[p] > 0.0)) ++check.num_invalid;
     }
     return check;
