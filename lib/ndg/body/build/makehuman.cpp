@@ -1,1 +1,162 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "ndg/body/build/makehuman.h"
+
+#include "ndg/body/build/makehuman_files.h"
+#include "ndg/body/build/makehuman_rig.h"
+#include "ndg/core/error.h"
+#include "ndg/io/mesh.h"
+
+#include <cmath>
+#include <map>
+#include <mutex>
+#include <set>
+#include <vector>
+
+namespace ndg {
+
+const char* const makehuman_licence = "Body shapes: MakeHuman base mesh, targets, rig and weights (CC0 1.0)";
+
+double stature(const Eigen::Ref<const Points>& vertices)
+{
+    return vertices.col(1).maxCoeff() - vertices.col(1).minCoeff();
+}
+
+void MakeHumanParameters::check() const
+{
+    const auto in_range = [](const char* name, double value, double low) {
+        require_input(std::isfinite(value) && value >= low && value <= 1.0,
+                      "MakeHuman parameter {} is {}, allowed is {} to 1", name, value, low);
+    };
+    in_range("sex", sex, 0.0);
+    in_range("age", age, 0.5);
+    in_range("weight", weight, 0.0);
+    in_range("muscle", muscle, 0.0);
+    in_range("height", height, 0.0);
+    in_range("proportions", proportions, 0.0);
+}
+
+double makehuman_age_years(double age) { return 25.0 + (age - 0.5) * 130.0; }
+
+namespace {
+
+constexpr int num_body_vertices = 13380;
+constexpr double metres_per_decimetre = 0.1;
+
+using Components = std::vector<std::pair<std::string, double>>;
+
+/// Two or three named components of a slider and their weights, MakeHuman's piecewise linear rule.
+Components three_way(const std::string& name, double value)
+{
+    const double low = std::max(0.0, 1.0 - 2.0 * value), high = std::max(0.0, 2.0 * value - 1.0);
+    return {{"min" + name, low}, {"average" + name, 1.0 - low - high}, {"max" + name, high}};
+}
+
+struct WeightedTarget {
+    std::string file;
+    double weight;
+};
+
+/// All macro targets with a non-zero product of component weights (macrodetails/macro.json, "combinations").
+std::vector<WeightedTarget> macro_targets(const MakeHumanParameters& p)
+{
+    const Components sexes = {{"female", 1.0 - p.sex}, {"male", p.sex}};
+    const double old = 2.0 * (p.age - 0.5);
+    const Components ages = {{"young", 1.0 - old}, {"old", old}};
+    const Components heights = {{"minheight", std::max(0.0, 1.0 - 2.0 * p.height)},
+                                {"maxheight", std::max(0.0, 2.0 * p.height - 1.0)}};
+    const Components proportions = {{"uncommonproportions", std::max(0.0, 1.0 - 2.0 * p.proportions)},
+                                    {"idealproportions", std::max(0.0, 2.0 * p.proportions - 1.0)}};
+    std::vector<WeightedTarget> targets;
+    const auto add = [&](const std::string& file, double weight) {
+        if (weight > 1e-9) targets.push_back({"targets/macrodetails/" + file + ".target.gz", weight});
+    };
+    for (const auto& [sex, w_sex] : sexes)
+        for (const auto& [age, w_age] : ages) {
+            for (const char* race : {"african", "asian", "caucasian"})
+                add(std::string(race) + "-" + sex + "-" + age, w_sex * w_age / 3.0);
+            for (const auto& [muscle, w_muscle] : three_way("muscle", p.muscle))
+                for (const auto& [weight, w_weight] : three_way("weight", p.weight)) {
+                    const std::string person = sex + "-" + age + "-" + muscle + "-" + weight;
+                    const double product = w_sex * w_age * w_muscle * w_weight;
+                    add("universal-" + person, product);
+                    for (const auto& [height, w] : heights) add("height/" + person + "-" + height, product * w);
+                    for (const auto& [proportion, w] : proportions)
+                        add("proportions/" + person + "-" + proportion, product * w);
+                }
+        }
+    return targets;
+}
+
+}  // namespace
+
+struct MakeHuman::State {
+    std::string folder;
+    Points base_vertices;  ///< all vertices with the helpers', decimetre
+    Triangles triangles;
+    std::map<std::string, std::vector<int>> joint_cubes;
+    RowMatrix weights;
+    std::map<std::string, MakeHumanTarget> targets;
+    std::mutex targets_mutex;
+
+    const MakeHumanTarget& target(const std::string& file)
+    {
+        const std::lock_guard<std::mutex> lock(targets_mutex);
+        const auto found = targets.find(file);
+        if (found != targets.end()) return found->second;
+        return targets[file] = read_makehuman_target(folder + "/" + file, static_cast<int>(base_vertices.rows()));
+    }
+};
+
+MakeHuman::MakeHuman(const std::string& folder) : state_(std::make_unique<State>())
+{
+    state_->folder = folder;
+    const std::string mesh_path = folder + "/3dobjs/base.obj";
+    const MeshFile mesh = read_mesh(mesh_path);
+    std::vector<int> body_rows;
+    std::map<std::string, std::set<int>> cubes;
+    for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t) {
+        const std::string& group = mesh.triangle_groups[t];
+        if (group == "body") body_rows.push_back(static_cast<int>(t));
+        if (group.rfind("joint-", 0) == 0)
+            for (int k = 0; k < 3; ++k) cubes[group].insert(mesh.triangles(t, k));
+    }
+    require_input(!body_rows.empty(), "{}: has no faces in a group named 'body'; is this MakeHuman's base mesh?", mesh_path);
+    state_->triangles.resize(static_cast<Eigen::Index>(body_rows.size()), 3);
+    for (std::size_t i = 0; i < body_rows.size(); ++i) state_->triangles.row(i) = mesh.triangles.row(body_rows[i]);
+    require_input(state_->triangles.maxCoeff() + 1 == num_body_vertices && mesh.vertices.rows() >= num_body_vertices,
+                  "{}: group 'body' uses {} vertices, MakeHuman's has {}", mesh_path, state_->triangles.maxCoeff() + 1,
+                  num_body_vertices);
+    for (const auto& [name, vertices] : cubes) state_->joint_cubes[name].assign(vertices.begin(), vertices.end());
+    state_->base_vertices = mesh.vertices;
+    const ParametricSurface middle = evaluate({});
+    state_->weights = makehuman_weights(folder + "/rigs/weights.game_engine.json", middle.vertices, middle.triangles,
+                                        middle.joint_positions);
+}
+
+MakeHuman::~MakeHuman() = default;
+
+const Triangles& MakeHuman::triangles() const { return state_->triangles; }
+const RowMatrix& MakeHuman::weights() const { return state_->weights; }
+
+ParametricSurface MakeHuman::evaluate(const MakeHumanParameters& parameters) const
+{
+    parameters.check();
+    Points all = state_->base_vertices;
+    for (const WeightedTarget& weighted : macro_targets(parameters)) {
+        const MakeHumanTarget& target = state_->target(weighted.file);
+        for (std::size_t i = 0; i < target.vertices.size(); ++i)
+            all.row(target.vertices[i]) += weighted.weight * target.offsets.row(static_cast<Eigen::Index>(i));
+    }
+    all *= metres_per_decimetre;
+    ParametricSurface surface;
+    surface.triangles = state_->triangles;
+    surface.joint_positions = makehuman_joint_positions(all, state_->joint_cubes);
+    surface.vertices = all.topRows(num_body_vertices);
+    const Eigen::RowVector3d origin(surface.joint_positions(0, 0), surface.vertices.col(1).minCoeff(),
+                                    surface.joint_positions(0, 2));
+    surface.vertices.rowwise() -= origin;
+    surface.joint_positions.rowwise() -= origin;
+    return surface;
+}
+
+}  // namespace ndg

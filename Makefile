@@ -1,0 +1,73 @@
+# SPDX-License-Identifier: Apache-2.0
+# Neural Deformation Gradients: everything from a bare machine to the tables. `make help` lists the targets.
+
+PRESET  ?= demo
+DATA    ?=
+JOBS    ?= $(shell nproc)
+BUILD   ?= build/release
+OUT     ?= out/$(PRESET)
+BENCH   ?= all
+CONFIG  ?= configs/$(PRESET).json
+
+.DELETE_ON_ERROR:
+.SECONDARY:
+.DEFAULT_GOAL := help
+MAKEFLAGS += --no-builtin-rules
+SHELL := /bin/bash
+.SHELLFLAGS := -eu -o pipefail -c
+
+BIN := $(BUILD)/bin
+CMAKE_FLAGS = -G Ninja $(if $(DATA),-DNDG_DATA="$(abspath $(DATA))",-DNDG_DATA="")
+
+.PHONY: help deps build test test-asan demo templates bodies poses dataset train tables bench format format-check tidy clean
+
+help: ## list the targets and variables
+	@printf 'Targets:\n'; grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sort | sed -E 's/^([a-z-]+):.*## /  \1\t/' | expand -t 16
+	@printf 'Variables:\n  PRESET=demo|smoke  which configs/<preset>.json (results go to out/<preset>/)\n'
+	@printf '  DATA=<folder>      folder with makehuman/ and motion/\n  JOBS=<n>           parallel build jobs\n'
+
+deps: ## install the Debian packages that are missing
+	@pipelines/install-packages.sh
+
+$(BUILD)/CMakeCache.txt: CMakeLists.txt
+	@$(MAKE) --no-print-directory deps
+	cmake -S . -B $(BUILD) $(CMAKE_FLAGS)
+
+build: ## configure and build everything (Release)
+	@pipelines/install-packages.sh --quiet
+	@cmake -S . -B $(BUILD) $(CMAKE_FLAGS) > $(BUILD).log 2>&1 || { mkdir -p build; cmake -S . -B $(BUILD) $(CMAKE_FLAGS); }
+	@cmake --build $(BUILD) -j $(JOBS)
+
+test: build ## build and run all tests (Release); DATA=<folder> adds those on real bodies and motions
+	ctest --test-dir $(BUILD) --output-on-failure --no-tests=error
+
+test-asan: ## the tests that need no libtorch, under address and undefined-behaviour sanitizers
+	@pipelines/install-packages.sh --quiet
+	cmake -S . -B build/asan -G Ninja -DCMAKE_BUILD_TYPE=RelWithDebInfo -DNDG_SANITIZE=ON -DNDG_WITH_TORCH=OFF \
+	    $(if $(DATA),-DNDG_DATA="$(abspath $(DATA))",-DNDG_DATA="")
+	cmake --build build/asan -j $(JOBS)
+	ctest --test-dir build/asan --output-on-failure --no-tests=error -LE release-only
+
+include pipelines/dataset.mk
+include pipelines/train.mk
+include pipelines/eval.mk
+
+demo: PRESET := demo
+demo: ## the whole pipeline at demo size: bodies, poses, FEM, training, Table 1, pictures
+	@$(MAKE) --no-print-directory build
+	@$(MAKE) --no-print-directory tables PRESET=demo DATA="$(DATA)"
+
+bench: build ## benchmarks: bench/<name>, results in out/bench/<name>.json
+	@pipelines/run-benches.sh "$(BIN)" "$(BENCH)" out/bench
+
+format: ## format all sources
+	@git ls-files '*.h' '*.cpp' | xargs clang-format -i
+
+format-check: ## fail when a source is not formatted
+	@git ls-files '*.h' '*.cpp' | xargs clang-format --dry-run -Werror
+
+tidy: ## clang-tidy on the library (names, bug patterns)
+	@git ls-files 'lib/*.cpp' | xargs -P $(JOBS) -n 4 clang-tidy -p $(BUILD) --quiet
+
+clean: ## remove build/ and out/
+	rm -rf build out

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "ndg/body/build/makehuman.h"
+#include "ndg/body/template.h"
+
+#include <cstdint>
+#include <string>
+
+namespace ndg {
+
+/// How far sampled adults spread around the middle of MakeHuman's sliders.
+struct BodySamplingOptions {
+    double spread = 0.18;  ///< standard deviation of weight, muscle, height and proportions (sliders 0..1)
+
+    void check() const;
+};
+
+/// Parameters of body `body_idx`: sexes alternate, age uniform from 20 to 75 years, the other sliders normal around 0.5
+/// and cut at 0.08 and 0.92. Depends on (seed, body_idx) alone.
+MakeHumanParameters sample_parameters(std::uint64_t seed, int body_idx, const BodySamplingOptions& options);
+
+/// The source's surface in the template's tessellation: skin vertices and joints of the returned body are filled.
+/// Throws InputError when the template has no source map.
+Body skin_on_template(const Template& body_template, const ParametricSurface& surface, const std::string& name);
+
+}  // namespace ndg

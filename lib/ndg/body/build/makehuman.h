@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+// MakeHuman's parametric body (CC0): base mesh, macro targets, rig and weights, on our skeleton and in our units.
+#pragma once
+
+#include "ndg/body/build/parametric_surface.h"
+#include "ndg/core/types.h"
+
+#include <memory>
+#include <string>
+
+namespace ndg {
+
+/// MakeHuman's macro sliders, each 0..1; 0.5 is the middle.
+struct MakeHumanParameters {
+    double sex = 0.5;          ///< 0 female, 1 male
+    double age = 0.5;          ///< 0.5 is 25 years, 1 is 90 years; below 0.5 (children) is not offered
+    double weight = 0.5;
+    double muscle = 0.5;
+    double height = 0.5;
+    double proportions = 0.5;  ///< 0 uncommon, 1 ideal
+
+    /// Throws InputError for a value outside its range.
+    void check() const;
+};
+
+/// Years of age for MakeHuman's age slider.
+double makehuman_age_years(double age);
+
+/// Credit line stored in files made from this source.
+extern const char* const makehuman_licence;
+
+class MakeHuman {
+public:
+    /// Folder with 3dobjs/base.obj, targets/, rigs/. Throws InputError naming what is missing or malformed.
+    explicit MakeHuman(const std::string& folder);
+    ~MakeHuman();
+
+    /// Triangles of the closed `body` group (quads split), T x 3 into vertices 0..N-1.
+    const Triangles& triangles() const;
+    /// Dense skinning weights on the standard skeleton, N x J, rows sum to one: MakeHuman's game-engine rig, its spine,
+    /// neck and forearm weights divided over our finer chains.
+    const RowMatrix& weights() const;
+    /// The body for these parameters: targets blended multiplicatively as MakeHuman does, decimetre to metre.
+    ParametricSurface evaluate(const MakeHumanParameters& parameters) const;
+
+private:
+    struct State;
+    std::unique_ptr<State> state_;
+};
+
+}  // namespace ndg

@@ -1,0 +1,51 @@
+# SPDX-License-Identifier: Apache-2.0
+# Predictions on the test split, Table 1, pictures and a GLB.
+
+.PHONY: tables
+tables: build ## Table 1 and pictures, out/<preset>/report/{index.html,results.md,tables.json}
+	@$(MAKE) --no-print-directory $(OUT)/report/tables.json
+	@cat $(OUT)/report/results.md
+	@echo "report: $(OUT)/report/index.html"
+
+TEST_PAIRS = --splits $(OUT)/splits.h5 --split test
+REPORT = $(OUT)/report
+
+$(OUT)/gradients.h5: $(OUT)/model.h5 $(BODY_DEPS) $(OUT)/splits.h5
+	$(STAGE) infer-ndg $(BIN)/infer-ndg $(RUN) --model $< $(BODY_FILES) $(TEST_PAIRS) --output $@
+
+$(OUT)/ndg.h5: $(OUT)/gradients.h5 $(BODY_DEPS)
+	$(STAGE) reconstruct $(BIN)/reconstruct $(RUN) --gradients $< $(BODY_FILES) --output $@ --anatomy $(OUT)/anatomy.h5
+
+$(OUT)/gradient-skinning.h5 $(OUT)/lbs.h5: $(OUT)/%.h5: $(BODY_DEPS) $(OUT)/splits.h5
+	$(STAGE) $* $(BIN)/animate-baseline $(RUN) --method $* $(BODY_FILES) $(TEST_PAIRS) --output $@
+
+PREDICTIONS = $(OUT)/ndg.h5 $(OUT)/gradient-skinning.h5 $(OUT)/lbs.h5
+
+$(REPORT)/layers.png: $(OUT)/template.h5 $(OUT)/bodies.h5
+	$(STAGE) picture-layers $(BIN)/export-scene $(RUN) --template $(OUT)/template.h5 --bodies $(OUT)/bodies.h5 \
+	    --picture-kind layers --picture $@
+
+$(REPORT)/cut.png: $(OUT)/template.h5 $(OUT)/bodies.h5
+	$(STAGE) picture-cut $(BIN)/export-scene $(RUN) --template $(OUT)/template.h5 --bodies $(OUT)/bodies.h5 \
+	    --picture-kind cut --picture $@
+
+$(REPORT)/bodies.png: $(OUT)/template.h5 $(OUT)/bodies.h5
+	$(STAGE) picture-bodies $(BIN)/export-scene $(RUN) --template $(OUT)/template.h5 --bodies $(OUT)/bodies.h5 \
+	    --picture-kind bodies --picture $@
+
+$(REPORT)/frames.png: $(BODY_DEPS) $(OUT)/fem.h5 $(PREDICTIONS)
+	$(STAGE) picture-frames $(BIN)/export-scene $(RUN) $(BODY_FILES) $(addprefix --deformations ,$(OUT)/fem.h5 $(PREDICTIONS)) \
+	    --picture-kind frames --picture $@
+
+$(REPORT)/posed.glb: $(BODY_DEPS) $(OUT)/ndg.h5
+	$(STAGE) scene-glb $(BIN)/export-scene $(RUN) $(BODY_FILES) --deformations $(OUT)/ndg.h5 --sample 0 --glb $@
+
+PICTURES = $(addprefix $(REPORT)/,layers.png cut.png bodies.png frames.png posed.glb)
+
+$(OUT)/seconds.json: $(PREDICTIONS) $(PICTURES)
+	@cd $(OUT)/seconds && for f in *; do printf '%s %s\n' "$$f" "$$(cat "$$f")"; done | \
+	    awk 'BEGIN { printf "{" } { printf "%s\"%s\": %s", (NR > 1 ? ", " : ""), $$1, $$2 } END { print "}" }' > ../seconds.json
+
+$(REPORT)/tables.json: $(BODY_DEPS) $(OUT)/splits.h5 $(OUT)/fem.h5 $(PREDICTIONS) $(OUT)/seconds.json
+	$(STAGE) evaluate-metrics $(BIN)/evaluate-metrics $(RUN) $(BODY_FILES) $(TEST_PAIRS) --reference $(OUT)/fem.h5 \
+	    $(addprefix --prediction ,$(PREDICTIONS)) --seconds $(OUT)/seconds.json --output $@

@@ -1,0 +1,31 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
+# Installs the Debian packages this project needs and that are missing. With --quiet: silent when nothing is missing.
+set -eu
+packages=(
+    build-essential cmake ninja-build ccache git
+    libeigen3-dev libsuitesparse-dev libopenblas-dev libtet1.5-dev libcgal-dev libhdf5-dev
+    libcli11-dev nlohmann-json3-dev libfmt-dev libspdlog-dev libssl-dev zlib1g-dev
+    libtorch-dev libembree-dev libtinygltf-dev libpng-dev
+    catch2 hdf5-tools python3-h5py python3-numpy
+)
+missing=()
+for package in "${packages[@]}"; do
+    dpkg-query -W -f='${Status}\n' "$package" 2>/dev/null | grep -q '^install ok installed' || missing+=("$package")
+done
+if [ ${#missing[@]} -eq 0 ]; then
+    [ "${1:-}" = "--quiet" ] || echo "all packages are installed"
+    exit 0
+fi
+if [ "$(id -u)" = 0 ]; then
+    as_root=()
+elif command -v sudo >/dev/null && sudo -n true 2>/dev/null; then
+    as_root=(sudo -n)
+else
+    echo "missing packages; run:  sudo apt-get install --no-install-recommends ${missing[*]}" >&2
+    exit 2
+fi
+echo "installing: ${missing[*]}"
+export DEBIAN_FRONTEND=noninteractive
+"${as_root[@]}" apt-get update -qq
+"${as_root[@]}" apt-get install -y -qq --no-install-recommends "${missing[@]}" >/dev/null
