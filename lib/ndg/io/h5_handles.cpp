@@ -78,7 +78,7 @@ Handle open_file(const std::string& path)
     Handle file(H5Fopen(path.c_str(), H5F_ACC_RDONLY, access), H5Fclose);
     if (!file.valid()) {
         const std::string reason = last_error();
-        if (reason.find("lock") != std::string::npos) {
+        if (reason.find("lock file") != std::string::npos) {
             throw InputError(fmt::format("{}: another program holds a lock on it ({})", path, reason));
         }
         throw InputError(fmt::format("{}: cannot open, truncated or damaged ({})", path, reason));

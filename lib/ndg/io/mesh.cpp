@@ -110,11 +110,17 @@ std::string lower_extension(const std::string& path)
 
 }  // namespace mesh
 
+bool is_mesh_name(const std::string& path)
+{
+    const std::string extension = mesh::lower_extension(path);
+    return extension == ".obj" || extension == ".ply" || extension == ".off" || extension == ".stl";
+}
+
 MeshFile read_mesh(const std::string& path)
 {
     const std::string extension = mesh::lower_extension(path);
-    const bool known = extension == ".obj" || extension == ".ply" || extension == ".off" || extension == ".stl";
-    require_input(known, "{}: unknown mesh format '{}', expected .obj, .ply, .off or .stl", path, extension);
+    require_input(is_mesh_name(path), "{}: unknown mesh format '{}', expected .obj, .ply, .off or .stl", path,
+                  extension);
     const std::string content = read_file(path);
     require_input(!content.empty(), "{}: is empty", path);
     if (extension == ".obj") return mesh::read_obj(path, content);

@@ -16,6 +16,9 @@ struct MeshFile {
     std::vector<std::string> triangle_groups;
 };
 
+/// Whether the name ends in .obj, .ply, .off or .stl, in either case.
+bool is_mesh_name(const std::string& path);
+
 /// OBJ, PLY (ascii, binary little endian), OFF, STL (ascii, binary; equal corners merged), by extension.
 /// Throws InputError naming file, line or element and value: missing, truncated, index out of range, non-finite.
 MeshFile read_mesh(const std::string& path);

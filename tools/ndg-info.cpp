@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "ndg/core/tool.h"
+#include "ndg/io/h5.h"
+#include "ndg/io/mesh.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <set>
+
+using namespace ndg;
+
+namespace {
+
+std::string shape_text(const std::vector<std::size_t>& shape)
+{
+    return shape.empty() ? "scalar" : fmt::format("{}", fmt::join(shape, " x "));
+}
+
+void show_h5(const std::string& path)
+{
+    const H5Listing listing = list_h5(path);
+    fmt::print("attributes\n");
+    for (const auto& [name, value] : listing.attributes) {
+        std::string indented = value;  // licences take several lines
+        for (std::size_t at = 0; (at = indented.find('\n', at)) != std::string::npos; at += 19) {
+            indented.replace(at, 1, "\n" + std::string(18, ' '));
+        }
+        fmt::print("  {:<15} {}\n", name, indented);
+    }
+    std::size_t path_width = 0, shape_width = 0;
+    for (const auto& dataset : listing.datasets) {
+        path_width = std::max(path_width, dataset.path.size());
+        shape_width = std::max(shape_width, shape_text(dataset.shape).size());
+    }
+    fmt::print("datasets\n");
+    for (const auto& dataset : listing.datasets) {
+        fmt::print("  {:<{}}  {:<7}  {:<{}}  {}\n", dataset.path, path_width, dataset.type, shape_text(dataset.shape),
+                   shape_width, dataset.description);
+    }
+}
+
+void show_mesh(const std::string& path)
+{
+    const MeshFile mesh = read_mesh(path);
+    const std::set<std::string> groups(mesh.triangle_groups.begin(), mesh.triangle_groups.end());
+    const Eigen::RowVector3d low = mesh.vertices.colwise().minCoeff(), high = mesh.vertices.colwise().maxCoeff();
+    fmt::print("vertices   {}\ntriangles  {}\ngroups     {}\n", mesh.vertices.rows(), mesh.triangles.rows(),
+               groups.size());
+    fmt::print("box        {:.6g} {:.6g} {:.6g} to {:.6g} {:.6g} {:.6g}\n", low[0], low[1], low[2], high[0], high[1],
+               high[2]);
+}
+
+}  // namespace
+
+int main(int argc, char** argv)
+{
+    Tool tool("ndg-info", "Shows what stands in a file of this project or a mesh.", "ndg-info template.h5 --check");
+    std::string path;
+    bool check = false;
+    tool.positional_input(path, "HDF5 file or mesh (.obj, .ply, .off, .stl)");
+    tool.parameter("check", check, "read everything, with all checksums; exit code 2 if anything is broken");
+    return tool.run(argc, argv, [&] {
+        if (is_mesh_name(path)) return show_mesh(path);  // always read whole
+        if (check) check_h5(path);  // first: a broken file gives its error and nothing else
+        show_h5(path);
+        if (check) fmt::print("check           complete and finite\n");
+    });
+}
