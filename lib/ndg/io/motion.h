@@ -12,23 +12,35 @@ namespace ndg {
 /// A skeleton and its frames, in the file's unit and axes, after all file conventions (Euler orders, axis frames,
 /// degrees) are resolved: every joint has, at the file's zero pose, a frame aligned with the file's world axes.
 struct MotionClip {
-    std::string name;                                       ///< file name without folder and extension
-    std::vector<std::string> joint_names;                   ///< J; the root first
-    std::vector<int> parents;                               ///< J; parent before child, -1 for the root
-    Points zero_pose_positions;                             ///< J x 3, joint positions at the zero pose, root at origin
-    Points zero_pose_tips;                                  ///< J x 3, end of each joint's bone at the zero pose
-    double frame_rate = 0.0;                                ///< frames a second
-    bool frame_rate_assumed = false;                        ///< true where the file does not store it (AMC: 120)
+    std::string name;                      ///< file name without folder and extension
+    std::vector<std::string> joint_names;  ///< J; the root first
+    std::vector<int> parents;              ///< J; parent before child, -1 for the root
+    Points zero_pose_positions;            ///< J x 3, joint positions at the zero pose, root at origin
+    Points zero_pose_tips;                 ///< J x 3, end of each joint's bone at the zero pose
+    double frame_rate = 0.0;               ///< frames a second
+    bool frame_rate_assumed = false;       ///< true where the file does not store it (AMC: 120)
     std::vector<std::vector<Eigen::Matrix3d>> world_from_joint;  ///< frames x J rotations; identity at the zero pose
-    Points root_positions;                                  ///< frames x 3
-    double metres_per_unit = 0.0;                           ///< from the file (ASF); 0 where the file does not say
+    Points root_positions;                                       ///< frames x 3
+    double metres_per_unit = 0.0;                                ///< from the file (ASF); 0 where the file does not say
+
+    int num_joints() const { return static_cast<int>(joint_names.size()); }
+    int num_frames() const { return static_cast<int>(world_from_joint.size()); }
+    /// Index of a joint, -1 where there is none of that name.
+    int find_joint(const std::string& joint_name) const;
+    /// J x 3 positions of all joints in a frame, in the file's unit and axes.
+    Points joint_positions(int frame_idx) const;
 };
 
-/// Biovision hierarchy. Euler order from CHANNELS. Joint frame semantics: see MotionClip.
-/// Throws InputError naming file, line and value: unknown keyword, too few channel values, no frames, non-finite.
+/// Biovision hierarchy. Euler order from CHANNELS. Joint frame semantics: see MotionClip. The tip of a joint is its End
+/// Site, or the mean of its children's positions. Position channels of the root replace its OFFSET; those of other
+/// joints (which some writers add) are read over, because bone lengths are fixed here.
+/// Throws InputError naming file, line and value: unknown keyword, wrong number of channel values, no frames,
+/// fewer or more frames than announced, non-finite.
 MotionClip read_bvh(const std::string& path);
 
-/// Acclaim skeleton and motion. Throws InputError as read_bvh does.
+/// Acclaim skeleton and motion. A bone of the file is a joint here: its position is the bone's start, its tip the
+/// bone's end; the local rotation is C Rz Ry Rx C^-1 with C the bone's axis frame (axis order XYZ; others likewise).
+/// The frame rate is not in the file; 120 Hz is assumed. Throws InputError as read_bvh does.
 MotionClip read_asf_amc(const std::string& asf_path, const std::string& amc_path);
 
 }  // namespace ndg

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "ndg/core/types.h"
+
+namespace ndg {
+
+/// Angle between two rotations in radians, [0, pi]. From the chord of the unit quaternions, 4 asin(|q - p| / 2) with
+/// signs aligned, which keeps full precision for small and large angles alike.
+double rotation_angle(const Eigen::Quaterniond& a, const Eigen::Quaterniond& b);
+double rotation_angle(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b);
+
+/// Unit quaternion of a rotation matrix.
+Eigen::Quaterniond to_quaternion(const Eigen::Matrix3d& rotation);
+
+/// The part of `rotation` about the unit vector `axis` (swing-twist decomposition), as an angle in (-pi, pi].
+double twist_angle(const Eigen::Matrix3d& rotation, const Eigen::Vector3d& axis);
+
+/// The rotation of least angle that takes direction `from` to direction `to` (neither need be normalised; for opposite
+/// directions the axis is the coordinate axis farthest from them, orthogonalised).
+Eigen::Matrix3d minimal_rotation(const Eigen::Vector3d& from, const Eigen::Vector3d& to);
+
+}  // namespace ndg

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "ndg/body/template.h"
+#include "ndg/core/tool.h"
+#include "ndg/motion/splits.h"
+
+#include <fmt/format.h>
+
+using namespace ndg;
+
+int main(int argc, char** argv)
+{
+    std::string template_path, bodies_path, poses_path, output_path;
+    SplitOptions options;
+    options.num_pairs = {240, 30, 30};
+
+    Tool tool("make-splits", "Splits bodies and poses into train, validation and test, and pairs them within each.",
+              "make-splits --template template.h5 --bodies bodies.h5 --poses sampled.h5 --output splits.h5");
+    tool.input("template", template_path, "template of the bodies");
+    tool.input("bodies", bodies_path, "bodies");
+    tool.input("poses", poses_path, "poses");
+    tool.output("output", output_path, "splits and pairs to write");
+    for (int k = 0; k < 3; ++k) {
+        const std::string& name = split_names[k];
+        tool.parameter(name + "-fraction", options.fractions[k], "share of bodies and of poses for " + name, 0.0, 1.0);
+        tool.parameter(name + "-pairs", options.num_pairs[k], "pairs for " + name, 1, 1000000000);
+    }
+    tool.parameter("segment-seconds", options.segment_seconds, "clips are split in whole segments of this length (s)",
+                   1e-3, 1e9);
+    tool.parameter("guard-seconds", options.guard_seconds,
+                   "least time between poses of one clip in different splits (s)", 0.0, 1e9);
+
+    return tool.run(argc, argv, [&] {
+        const Template body_template = read_template(template_path);
+        const BodySet bodies = read_bodies(bodies_path, body_template);
+        const PoseSet poses = read_poses(poses_path);
+        options.seed = tool.seed();
+        const Splits splits = make_splits(static_cast<int>(bodies.bodies.size()), poses, options);
+        write_splits(output_path, splits, tool.provenance());
+        std::size_t num_used = 0;
+        for (const std::string& name : split_names) {
+            fmt::print("{}: {} bodies, {} poses, {} pairs\n", name, splits.bodies.at(name).size(),
+                       splits.poses.at(name).size(), splits.pairs.at(name).size());
+            num_used += splits.poses.at(name).size();
+        }
+        fmt::print("{}: {} of {} poses unused, within {} s of another split\n", output_path,
+                   static_cast<std::size_t>(poses.size()) - num_used, poses.size(), options.guard_seconds);
+    });
+}
