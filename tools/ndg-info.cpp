@@ -62,7 +62,7 @@ int main(int argc, char** argv)
     tool.parameter("check", check, "read everything, with all checksums; exit code 2 if anything is broken");
     return tool.run(argc, argv, [&] {
         if (is_mesh_name(path)) return show_mesh(path);  // always read whole
-        if (check) check_h5(path);  // first: a broken file gives its error and nothing else
+        if (check) check_h5(path);                       // first: a broken file gives its error and nothing else
         show_h5(path);
         if (check) fmt::print("check           complete and finite\n");
     });

@@ -120,7 +120,8 @@ h['x'] = [1]
     CHECK_THROWS_WITH(reader.read_slice("/nan", 1), Catch::Contains("slice 1 of dataset /nan is not finite at 0"));
     CHECK_THROWS_WITH(reader.read_matrix("/scalar"), Catch::Contains("/scalar is a scalar, expected N x N"));
     CHECK_THROWS_WITH(reader.read_slice("/scalar", 0), Catch::Contains("is a scalar"));
-    CHECK_THROWS_WITH(reader.read_matrix("/promise"), Catch::Contains("/promise promises 12000000000 bytes but holds 0"));
+    CHECK_THROWS_WITH(reader.read_matrix("/promise"),
+                      Catch::Contains("/promise promises 12000000000 bytes but holds 0"));
     CHECK_THROWS_WITH(check_h5(folder.file("x.h5")), Catch::Contains("not finite in row 1"));
     CHECK_THROWS_WITH(H5Reader(folder.file("y.h5"), "ndg-test", 1), Catch::Contains("units is \"cm\", expected \"m\""));
     CHECK_THROWS_WITH(H5Reader(folder.file("z.h5"), "ndg-test", 1), Catch::Contains("attribute format is missing"));
