@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "ndg/neural/checkpoint.h"
+
+#include "ndg/core/error.h"
+
+#include <torch/serialize/input-archive.h>
+#include <torch/serialize/output-archive.h>
+#include <nlohmann/json.hpp>
+
+#include <filesystem>
+#include <system_error>
+
+namespace ndg {
+namespace {
+
+using Json = nlohmann::json;
+
+Json description(const Checkpoint& c)
+{
+    return {{"fingerprint", c.fingerprint},
+            {"epoch", c.epoch},
+            {"batch", c.batch},
+            {"loss_sum", c.loss_sum},
+            {"learning_rate", c.learning_rate},
+            {"bad_epochs", c.bad_epochs},
+            {"num_steps", c.num_steps},
+            {"best_validation_loss", c.best_validation_loss},
+            {"curve_epoch", c.curve.epoch},
+            {"curve_train", c.curve.train_loss},
+            {"curve_validation", c.curve.validation_loss},
+            {"initial_train", c.curve.initial_train_loss},
+            {"initial_validation", c.curve.initial_validation_loss},
+            {"best_epoch", c.curve.best_epoch},
+            {"num_parameters", c.parameters.size()},
+            {"has_best", !c.best_parameters.empty()},
+            {"has_basis", c.basis.defined()}};
+}
+
+std::string tensor_name(const char* list, std::size_t index)
+{
+    return fmt::format("{}_{}", list, index);
+}
+
+std::vector<torch::Tensor> read_tensors(torch::serialize::InputArchive& archive, const char* list, std::size_t count)
+{
+    std::vector<torch::Tensor> tensors(count);
+    for (std::size_t i = 0; i < count; ++i) archive.read(tensor_name(list, i), tensors[i]);
+    return tensors;
+}
+
+}  // namespace
+
+void write_checkpoint(const std::string& path, const Checkpoint& checkpoint)
+{
+    const std::string temporary = path + ".tmp";
+    try {
+        torch::serialize::OutputArchive archive;
+        archive.write("description", c10::IValue(description(checkpoint).dump()));
+        const auto add = [&](const char* list, const std::vector<torch::Tensor>& tensors) {
+            for (std::size_t i = 0; i < tensors.size(); ++i) archive.write(tensor_name(list, i), tensors[i].detach());
+        };
+        add("parameter", checkpoint.parameters);
+        add("first_moment", checkpoint.first_moments);
+        add("second_moment", checkpoint.second_moments);
+        add("best_parameter", checkpoint.best_parameters);
+        if (checkpoint.basis.defined()) archive.write("basis", checkpoint.basis);
+        archive.save_to(temporary);
+    } catch (const c10::Error& error) {
+        throw Error(fmt::format("{}: the checkpoint was not written: {}", temporary, error.what_without_backtrace()));
+    }
+    std::error_code failure;
+    std::filesystem::rename(temporary, path, failure);
+    require(!failure, "{}: the checkpoint was not renamed: {}", path, failure.message());
+}
+
+Checkpoint read_checkpoint(const std::string& path)
+{
+    try {
+        torch::serialize::InputArchive archive;
+        archive.load_from(path);
+        c10::IValue text;
+        archive.read("description", text);
+        const Json json = Json::parse(text.toStringRef());
+        Checkpoint c;
+        c.fingerprint = json.at("fingerprint").get<std::string>();
+        c.epoch = json.at("epoch").get<int>();
+        c.batch = json.at("batch").get<int>();
+        c.loss_sum = json.at("loss_sum").get<double>();
+        c.learning_rate = json.at("learning_rate").get<double>();
+        c.bad_epochs = json.at("bad_epochs").get<int>();
+        c.num_steps = json.at("num_steps").get<std::int64_t>();
+        c.best_validation_loss = json.at("best_validation_loss").get<double>();
+        c.curve.epoch = json.at("curve_epoch").get<std::vector<int>>();
+        c.curve.train_loss = json.at("curve_train").get<std::vector<double>>();
+        c.curve.validation_loss = json.at("curve_validation").get<std::vector<double>>();
+        c.curve.initial_train_loss = json.at("initial_train").get<double>();
+        c.curve.initial_validation_loss = json.at("initial_validation").get<double>();
+        c.curve.best_epoch = json.at("best_epoch").get<int>();
+        const auto count = json.at("num_parameters").get<std::size_t>();
+        c.parameters = read_tensors(archive, "parameter", count);
+        c.first_moments = read_tensors(archive, "first_moment", count);
+        c.second_moments = read_tensors(archive, "second_moment", count);
+        if (json.at("has_best").get<bool>()) c.best_parameters = read_tensors(archive, "best_parameter", count);
+        if (json.at("has_basis").get<bool>()) archive.read("basis", c.basis);
+        return c;
+    } catch (const std::exception&) {
+        throw InputError(fmt::format("{}: not a readable training checkpoint; remove it to start afresh", path));
+    }
+}
+
+}  // namespace ndg

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+// Internal to this module (includes libtorch): everything a training run needs to go on as if it had not been stopped.
+#pragma once
+
+#include "ndg/neural/model.h"
+
+#include <torch/types.h>
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace ndg {
+
+struct Checkpoint {
+    std::string fingerprint;   ///< of options and data; a checkpoint of another run is refused
+    int epoch = 0, batch = 0;  ///< the next batch to take
+    double loss_sum = 0;       ///< of this epoch's batches so far, weighted by their size
+    double learning_rate = 0;  ///< current, for the plateau schedule
+    int bad_epochs = 0;        ///< since the last improvement, for the plateau schedule
+    std::int64_t num_steps = 0;
+    TrainingCurve curve;
+    double best_validation_loss = 0;
+    /// Parameters, AdamW's moments, best parameters; all in the order of TorchNetwork::parameters.
+    std::vector<torch::Tensor> parameters, first_moments, second_moments, best_parameters;
+    torch::Tensor basis;  ///< undefined where there is none
+};
+
+/// Writes beside `path` and renames.
+void write_checkpoint(const std::string& path, const Checkpoint& checkpoint);
+/// Throws InputError when the file is not a checkpoint.
+Checkpoint read_checkpoint(const std::string& path);
+
+}  // namespace ndg

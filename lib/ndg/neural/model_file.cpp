@@ -1,0 +1,205 @@
+// SPDX-License-Identifier: Apache-2.0
+// Reading and writing format "ndg-model", version 1.
+#include "ndg/core/error.h"
+#include "ndg/io/h5.h"
+#include "ndg/neural/model_state.h"
+
+#include <cmath>
+#include <sstream>
+
+namespace ndg {
+namespace {
+
+constexpr const char* model_format = "ndg-model";
+constexpr int model_version = 1;
+
+std::string join(const std::vector<int>& values)
+{
+    std::string text;
+    for (const int value : values) text += (text.empty() ? "" : ",") + std::to_string(value);
+    return text;
+}
+
+std::vector<int> parse_widths(const std::string& text, const std::string& path)
+{
+    std::vector<int> values;
+    std::istringstream stream(text);
+    for (std::string item; std::getline(stream, item, ',');) {
+        try {
+            values.push_back(std::stoi(item));
+        } catch (const std::exception&) {
+            throw InputError(fmt::format("{}: attribute widths is \"{}\", not a list of integers", path, text));
+        }
+    }
+    return values;
+}
+
+void write_tensor(H5Writer& file, const std::string& name, const torch::Tensor& tensor, const std::string& description)
+{
+    const RowMatrixF values = TorchNetwork::matrix(tensor);
+    std::vector<std::size_t> shape;
+    for (const std::int64_t extent : tensor.sizes()) shape.push_back(static_cast<std::size_t>(extent));
+    file.write(name, shape, values.data(), description);
+}
+
+/// Reads into `tensor`, whose shape the file must have.
+void read_tensor(const H5Reader& file, const std::string& name, torch::Tensor& tensor)
+{
+    const torch::NoGradGuard no_grad;
+    if (tensor.dim() == 1) {
+        const std::vector<double> values = file.read_doubles(name, tensor.size(0));
+        for (std::size_t i = 0; i < values.size(); ++i) tensor.data_ptr<float>()[i] = static_cast<float>(values[i]);
+        return;
+    }
+    Eigen::Map<RowMatrixF>(tensor.data_ptr<float>(), tensor.size(0), tensor.size(1)) =
+        file.read_matrix(name, tensor.size(0), tensor.size(1)).cast<float>();
+}
+
+/// Calls f(name, tensor, description) for every tensor of the network.
+template <typename F>
+void for_tensors(TorchNetwork& network, const F& f)
+{
+    for (std::size_t i = 0; i < network.layers.size(); ++i) {
+        const std::string group = fmt::format("/network/layer_{}/", i);
+        TorchNetwork::Layer& layer = network.layers[i];
+        f(group + "weight", layer.weight, "outputs x inputs");
+        f(group + "bias", layer.bias, "outputs");
+        if (!layer.norm_weight.defined()) continue;
+        f(group + "norm_weight", layer.norm_weight, "scale of LayerNorm, outputs");
+        f(group + "norm_bias", layer.norm_bias, "offset of LayerNorm, outputs");
+    }
+    if (network.basis.defined())
+        f("/network/output_basis", network.basis, "coefficients x 9 prisms: fixed map from the last layer to Q");
+}
+
+bool read_flag(const H5Reader& file, const std::string& name)
+{
+    const std::string text = file.attribute(name);
+    require_input(text == "true" || text == "false", "{}: attribute {} is \"{}\", not true or false", file.path(), name,
+                  text);
+    return text == "true";
+}
+
+int read_count(const H5Reader& file, const std::string& name)
+{
+    const double value = file.attribute_double(name);
+    require_input(value >= 0 && value <= 1e9 && value == std::floor(value), "{}: attribute {} is {}, not a count",
+                  file.path(), name, value);
+    return static_cast<int>(value);
+}
+
+NetworkOptions read_options(const H5Reader& file)
+{
+    NetworkOptions options;
+    options.widths = parse_widths(file.attribute("widths"), file.path());
+    options.parametrisation = file.attribute("parametrisation");
+    options.rotation = read_flag(file, "rotation");
+    options.shape = read_flag(file, "shape");
+    options.output_basis = read_count(file, "output_basis");
+    try {
+        options.check();
+    } catch (const InputError& error) {
+        throw InputError(fmt::format("{}: {}", file.path(), error.what()));
+    }
+    return options;
+}
+
+ShapeSpace read_model_shape_space(const H5Reader& file, Eigen::Index num_coordinates)
+{
+    ShapeSpace space;
+    const RowMatrix components = file.read_matrix("/shape_space/components", num_coordinates);
+    space.components = components;
+    const std::vector<double> mean = file.read_doubles("/shape_space/mean", num_coordinates);
+    const std::vector<double> deviations = file.read_doubles("/shape_space/standard_deviations", components.cols());
+    space.mean = Eigen::Map<const Eigen::VectorXd>(mean.data(), num_coordinates);
+    space.standard_deviations = Eigen::Map<const Eigen::VectorXd>(deviations.data(), components.cols());
+    space.explained_variance = file.attribute_double("explained_variance");
+    return space;
+}
+
+TrainingCurve read_curve(const H5Reader& file)
+{
+    TrainingCurve curve;
+    curve.best_epoch = read_count(file, "best_epoch");
+    curve.initial_train_loss = file.attribute_double("initial_train_loss");
+    curve.initial_validation_loss = file.attribute_double("initial_validation_loss");
+    if (!file.has("/training/epoch")) return curve;  // never trained
+    curve.epoch = file.read_ints("/training/epoch", -1, 1, 1 << 30);
+    curve.train_loss = file.read_doubles("/training/train_loss", static_cast<std::int64_t>(curve.epoch.size()));
+    curve.validation_loss =
+        file.read_doubles("/training/validation_loss", static_cast<std::int64_t>(curve.epoch.size()));
+    return curve;
+}
+
+}  // namespace
+
+void NdgModel::save(const std::string& path, const Provenance& provenance) const
+{
+    State& state = *state_;
+    H5Writer file(path, model_format, model_version, provenance);
+    file.attribute("widths", join(state.options.widths));
+    file.attribute("parametrisation", state.options.parametrisation);
+    file.attribute("rotation", std::string(state.options.rotation ? "true" : "false"));
+    file.attribute("shape", std::string(state.options.shape ? "true" : "false"));
+    file.attribute("output_basis",
+                   static_cast<double>(state.network.basis.defined() ? state.network.basis.size(0) : 0));
+    file.attribute("num_prisms", static_cast<double>(state.num_prisms));
+    file.attribute("template_sha256", state.template_sha256);
+    file.attribute("explained_variance", state.shape_space.explained_variance);
+    file.attribute("best_epoch", static_cast<double>(state.curve.best_epoch));
+    file.attribute("initial_train_loss", state.curve.initial_train_loss);
+    file.attribute("initial_validation_loss", state.curve.initial_validation_loss);
+    file.write("/input/joint_names", state.skeleton.joint_names, "order of the rotation matrices in the input");
+    file.write("/input/visible_joints", state.visible, "1 where the input contains the joint's rotation, otherwise 0");
+    for_tensors(state.network, [&](const std::string& name, const torch::Tensor& tensor, const char* description) {
+        write_tensor(file, name, tensor, description);
+    });
+    const ShapeSpace& space = state.shape_space;
+    file.write("/shape_space/mean", std::vector<double>(space.mean.data(), space.mean.data() + space.mean.size()),
+               "mean rest shape, 3 N_v, m");
+    file.write("/shape_space/components", RowMatrix(space.components), "3 N_v x d, orthonormal columns",
+               Storage::float64);
+    file.write("/shape_space/standard_deviations",
+               std::vector<double>(space.standard_deviations.data(),
+                                   space.standard_deviations.data() + space.standard_deviations.size()),
+               "of the training codes, d, m; codes are divided by them");
+    if (!state.curve.epoch.empty()) {
+        file.write("/training/epoch", state.curve.epoch, "1, 2, ...");
+        file.write("/training/train_loss", state.curve.train_loss, "mean squared error of the epoch's batches");
+        file.write("/training/validation_loss", state.curve.validation_loss, "mean squared error after the epoch");
+    }
+    file.commit();
+}
+
+NdgModel NdgModel::load(const std::string& path, const Template& body_template, const std::string& template_sha256,
+                        Device device)
+{
+    const H5Reader file(path, model_format, model_version);
+    const std::string made_for = file.attribute("template_sha256");
+    require_input(made_for == template_sha256, "{}: the model was trained on another template ({}..., not {}...)", path,
+                  made_for.substr(0, 12), template_sha256.substr(0, 12));
+    const int num_prisms = read_count(file, "num_prisms");
+    require_input(num_prisms == body_template.num_prisms(), "{}: the model has {} prisms where the template has {}",
+                  path, num_prisms, body_template.num_prisms());
+    const auto num_joints = static_cast<std::int64_t>(body_template.skeleton.num_joints());
+    const std::vector<std::string> joint_names = file.read_strings("/input/joint_names", num_joints);
+    for (std::size_t j = 0; j < joint_names.size(); ++j)
+        require_input(joint_names[j] == body_template.skeleton.joint_names[j],
+                      "{}: joint {} of the model is \"{}\" where the template's is \"{}\"", path, j, joint_names[j],
+                      body_template.skeleton.joint_names[j]);
+
+    NdgModel model(read_options(file), read_model_shape_space(file, 3 * body_template.num_volume_vertices()),
+                   body_template, template_sha256, 0);
+    State& state = *model.state_;
+    const std::vector<int> visible = file.read_ints("/input/visible_joints", num_joints, 0, 1);
+    require_input(visible == state.visible, "{}: /input/visible_joints does not fit the template's skinning weights",
+                  path);
+    for_tensors(state.network,
+                [&](const std::string& name, torch::Tensor& tensor, const char*) { read_tensor(file, name, tensor); });
+    state.curve = read_curve(file);
+    state.device = device;
+    state.network.to(device);
+    return model;
+}
+
+}  // namespace ndg

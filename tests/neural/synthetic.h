@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: Apache-2.0
+// Made-up deformations of the tube by a known smooth rule, so that training needs no simulation.
+#pragma once
+
+#include "ndg/body/pose_set.h"
+#include "ndg/body/sample_set.h"
+#include "ndg/body/shape_space.h"
+#include "ndg/core/random.h"
+#include "ndg/neural/training_set.h"
+#include "support/support.h"
+
+#include <cmath>
+#include <vector>
+
+namespace ndg::test {
+
+struct Synthetic {
+    Template tube = tube_template(5, 6);
+    BodySet bodies;
+    PoseSet poses;
+    std::vector<DeformationSet> samples;
+    ShapeSpace shape_space;
+
+    TrainingSet set(const std::string& split, const NetworkOptions& options, double cache_gigabytes = 1.0) const
+    {
+        return TrainingSet(tube, bodies, poses, samples, split, shape_space, options, cache_gigabytes);
+    }
+};
+
+inline Eigen::Matrix3d rotation_about(const Eigen::Vector3d& axis, double angle)
+{
+    return Eigen::AngleAxisd(angle, axis.normalized()).toRotationMatrix();
+}
+
+/// The elbow bent by `bend` about z and twisted by `twist` about y, the upper arm raised by `raise` about x.
+inline Pose arm_pose(double bend, double twist, double raise)
+{
+    Pose pose = tube_pose(0);
+    const Skeleton& skeleton = standard_skeleton();
+    pose.parent_from_joint[static_cast<std::size_t>(skeleton.joint("left_forearm"))] =
+        rotation_about(Eigen::Vector3d::UnitZ(), bend) * rotation_about(Eigen::Vector3d::UnitY(), twist);
+    pose.parent_from_joint[static_cast<std::size_t>(skeleton.joint("left_upper_arm"))] =
+        rotation_about(Eigen::Vector3d::UnitX(), raise);
+    return pose;
+}
+
+/// Thickness and height scaled.
+inline Body scaled_tube(const Template& tube, double thickness, double height)
+{
+    Body body = tube.rest;
+    const Eigen::RowVector3d scale(thickness, height, thickness);
+    for (Points* points : {&body.skin_vertices, &body.volume_vertices, &body.interior_vertices, &body.joint_positions})
+        *points = (points->array().rowwise() * scale.array()).matrix();
+    return body;
+}
+
+/// Linear blend skinning of the body, bulging near the elbow with the bend and the body's thickness.
+inline Points bulged_tube(const Template& tube, const Body& body, const Pose& pose)
+{
+    const SkinningWeights weights = tube.volume_weights();
+    const Skeleton& skeleton = tube.skeleton;
+    const Eigen::Matrix3d& elbow = pose.parent_from_joint[static_cast<std::size_t>(skeleton.joint("left_forearm"))];
+    Points rest = body.volume_vertices;
+    const int first_free = tube.num_wrap_vertices();
+    for (Eigen::Index i = first_free; i < rest.rows(); ++i) {
+        const double height = (rest(i, 1) - body.joint_positions(skeleton.joint("left_forearm"), 1)) / 0.25;
+        const double bulge = 1.0 + 0.6 * elbow(1, 0) * std::exp(-height * height);
+        rest(i, 0) *= bulge;
+        rest(i, 2) /= bulge;
+    }
+    return linear_blend_skinning(rest, weights, forward_kinematics(skeleton, body.joint_positions, pose));
+}
+
+inline Synthetic make_synthetic(int num_training = 96, int num_validation = 24)
+{
+    Synthetic s;
+    Random random(7, "synthetic");
+    std::vector<Body> bodies;
+    for (int i = 0; i < 8; ++i)
+        bodies.push_back(scaled_tube(s.tube, random.uniform(0.8, 1.3), random.uniform(0.9, 1.1)));
+    s.bodies.bodies = bodies;
+    s.bodies.template_sha256 = "tube";
+    std::vector<const Points*> shapes;
+    for (int i = 0; i < 6; ++i) shapes.push_back(&s.bodies.bodies[static_cast<std::size_t>(i)].volume_vertices);
+    s.shape_space = fit_shape_space(shapes, 2, 1.0);
+    DeformationSet set;
+    set.method = "FEM";
+    set.num_volume_vertices = s.tube.num_volume_vertices();
+    for (int i = 0; i < num_training + num_validation; ++i) {
+        const bool held_out = i >= num_training;
+        const int body_idx = held_out ? 6 + i % 2 : i % 6;
+        s.poses.poses.push_back(
+            arm_pose(random.uniform(0.0, 1.5), random.uniform(-0.5, 0.5), random.uniform(-0.8, 0.8)));
+        set.add({body_idx, i}, held_out ? "validation" : "train",
+                bulged_tube(s.tube, s.bodies.bodies[static_cast<std::size_t>(body_idx)], s.poses.poses.back()));
+        set.statistics["converged"].push_back(1.0);
+    }
+    s.samples = {set};
+    return s;
+}
+
+inline NetworkOptions small_network()
+{
+    NetworkOptions options;
+    options.widths = {64, 32};
+    return options;
+}
+
+}  // namespace ndg::test

@@ -1,0 +1,208 @@
+// SPDX-License-Identifier: Apache-2.0
+// Training: it learns, it is reproducible, it resumes.
+#include "ndg/neural/train.h"
+
+#include "ndg/core/error.h"
+#include "synthetic.h"
+
+#include <catch2/catch.hpp>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+
+using namespace ndg;
+using namespace ndg::test;
+
+namespace {
+
+TrainingOptions quick_training(int epochs)
+{
+    TrainingOptions options;
+    options.epochs = epochs;
+    options.learning_rate = 5e-3;
+    options.schedule = "cosine";
+    options.seed = 11;
+    return options;
+}
+
+std::vector<GradientsF> held_out_predictions(const Synthetic& s, const NdgModel& model)
+{
+    std::vector<PoseInput> inputs;
+    for (const SamplePair& pair : s.samples[0].pairs)
+        inputs.push_back({model.encode(s.bodies.bodies[static_cast<std::size_t>(pair.body_idx)]),
+                          s.poses.poses[static_cast<std::size_t>(pair.pose_idx)]});
+    return model.predict_residuals(inputs);
+}
+
+/// Trains from the start, or from the checkpoint where there is one.
+NdgModel trained(const Synthetic& s, const NetworkOptions& network, const TrainingOptions& options,
+                 const TrainingCallbacks& callbacks = {}, TrainingResult* result = nullptr)
+{
+    NdgModel model(network, s.shape_space, s.tube, "tube", 5);
+    const TrainingResult got = train(model, s.set("train", network), s.set("validation", network), options, callbacks);
+    if (result) *result = got;
+    return model;
+}
+
+}  // namespace
+
+TEST_CASE("training learns the rule and carries it to new bodies and poses")
+{
+    const Synthetic s = make_synthetic();
+    NetworkOptions network = small_network();
+    for (const int output_basis : {0, 12}) {
+        CAPTURE(output_basis);
+        network.output_basis = output_basis;
+        const NdgModel model = trained(s, network, quick_training(120));
+        const TrainingCurve& curve = model.curve();
+        REQUIRE(curve.epoch.size() == 120);
+        REQUIRE(curve.best_epoch >= 1);
+        const auto best = static_cast<std::size_t>(curve.best_epoch - 1);
+        CAPTURE(curve.train_loss[best], curve.validation_loss[best], curve.initial_validation_loss);
+        CHECK(curve.train_loss[best] < 0.02 * curve.initial_train_loss);
+        CHECK(curve.validation_loss[best] < 0.05 * curve.initial_validation_loss);
+        CHECK(*std::min_element(curve.validation_loss.begin(), curve.validation_loss.end()) ==
+              curve.validation_loss[best]);
+    }
+}
+
+TEST_CASE("the curve's loss is that of the predictions")
+{
+    const Synthetic s = make_synthetic(24, 8);
+    const NetworkOptions network = small_network();
+    const NdgModel model = trained(s, network, quick_training(5));
+    const std::vector<GradientsF> predictions = held_out_predictions(s, model);
+    const TrainingSet validation = s.set("validation", network);
+    double sum = 0, untrained = 0;
+    for (int i = 0; i < validation.size(); ++i) {
+        GradientsF target(validation.num_prisms(), 9), identity(validation.num_prisms(), 9);
+        validation.residuals(i, target.data());
+        for (Eigen::Index k = 0; k < identity.size(); ++k) identity.data()[k] = k % 9 % 4 == 0 ? 1.0F : 0.0F;
+        sum += (predictions[static_cast<std::size_t>(24 + i)] - target).cast<double>().squaredNorm() / target.size();
+        untrained += (identity - target).cast<double>().squaredNorm() / target.size();
+    }
+    const auto best = static_cast<std::size_t>(model.curve().best_epoch - 1);
+    CHECK(sum / validation.size() == Approx(model.curve().validation_loss[best]).epsilon(1e-4));
+    CHECK(untrained / validation.size() == Approx(model.curve().initial_validation_loss).epsilon(1e-6));
+}
+
+TEST_CASE("every variant trains")
+{
+    const Synthetic s = make_synthetic(48, 12);
+    for (const std::string& parametrisation : parametrisation_names)
+        for (const bool rotation : {true, false}) {
+            CAPTURE(parametrisation, rotation);
+            NetworkOptions network = small_network();
+            network.parametrisation = parametrisation;
+            network.rotation = rotation;
+            network.shape = rotation;
+            const TrainingCurve curve = trained(s, network, quick_training(40)).curve();
+            CHECK(curve.validation_loss[static_cast<std::size_t>(curve.best_epoch - 1)] <
+                  0.35 * curve.initial_validation_loss);
+        }
+    NetworkOptions linear = small_network();
+    linear.widths = {};
+    const TrainingCurve curve = trained(s, linear, quick_training(40)).curve();
+    CHECK(curve.validation_loss.back() < 0.5 * curve.initial_validation_loss);
+}
+
+TEST_CASE("same seed, same weights; another seed, others")
+{
+    const Synthetic s = make_synthetic(40, 8);
+    TrainingOptions options = quick_training(4);
+    options.dropout = 0.2;
+    options.input_noise = 0.1;
+    const auto first = held_out_predictions(s, trained(s, small_network(), options));
+    CHECK(first == held_out_predictions(s, trained(s, small_network(), options)));
+    options.seed = 12;
+    CHECK(first != held_out_predictions(s, trained(s, small_network(), options)));
+}
+
+TEST_CASE("a stopped run resumes where it was and ends with the same weights, bit for bit")
+{
+    const TemporaryFolder folder;
+    const Synthetic s = make_synthetic(40, 8);  // two batches an epoch: step 7 is in the middle of the fourth
+    for (const std::string& schedule : schedule_names) {
+        CAPTURE(schedule);
+        NetworkOptions network = small_network();
+        network.output_basis = schedule == "plateau" ? 6 : 0;
+        TrainingOptions options = quick_training(6);
+        options.schedule = schedule;
+        options.dropout = 0.1;
+        options.input_noise = 0.05;
+        const NdgModel whole = trained(s, network, options);
+
+        options.checkpoint_path = checkpoint_path_for(folder.file(schedule));
+        int steps = 0;
+        TrainingCallbacks callbacks;
+        callbacks.stop = [&] { return ++steps == 7; };
+        CHECK_THROWS_AS(trained(s, network, options, callbacks), Interrupted);
+        REQUIRE(std::filesystem::exists(options.checkpoint_path));
+        callbacks.stop = [] { return false; };
+        TrainingResult result;
+        const NdgModel resumed = trained(s, network, options, callbacks, &result);
+        CHECK(result.resumed_epoch == 3);
+        CHECK(result.epochs_run == 6);
+        CHECK(resumed.curve().train_loss == whole.curve().train_loss);
+        CHECK(resumed.curve().validation_loss == whole.curve().validation_loss);
+        CHECK(resumed.curve().best_epoch == whole.curve().best_epoch);
+        CHECK(held_out_predictions(s, resumed) == held_out_predictions(s, whole));
+        remove_checkpoint(options.checkpoint_path);
+        CHECK(!std::filesystem::exists(options.checkpoint_path));
+    }
+}
+
+TEST_CASE("a checkpoint of another run or a damaged one is refused")
+{
+    const TemporaryFolder folder;
+    const Synthetic s = make_synthetic(40, 8);
+    TrainingOptions options = quick_training(3);
+    options.checkpoint_path = checkpoint_path_for(folder.file("model.h5"));
+    options.checkpoint_seconds = 0;  // after every epoch
+    trained(s, small_network(), options);
+    REQUIRE(std::filesystem::exists(options.checkpoint_path));
+    TrainingOptions other = options;
+    other.learning_rate *= 2;
+    CHECK_THROWS_WITH(trained(s, small_network(), other), Catch::Contains("other options"));
+    Synthetic more = make_synthetic(48, 8);
+    CHECK_THROWS_WITH(trained(more, small_network(), options), Catch::Contains("other options"));
+    CHECK_NOTHROW(trained(s, small_network(), options));  // finished already: nothing left to do
+    std::ofstream(options.checkpoint_path) << "not a checkpoint";
+    CHECK_THROWS_WITH(trained(s, small_network(), options), Catch::Contains("not a readable"));
+}
+
+TEST_CASE("patience stops a run that no longer improves")
+{
+    const Synthetic s = make_synthetic(16, 4);
+    TrainingOptions options = quick_training(2000);
+    options.schedule = "constant";
+    options.patience = 4;
+    TrainingResult result;
+    const NdgModel model = trained(s, small_network(), options, {}, &result);
+    CHECK(result.stopped_early);
+    CHECK(result.epochs_run == model.curve().best_epoch + 4);
+    CHECK(result.epochs_run < 2000);
+}
+
+TEST_CASE("a diverging run says so")
+{
+    const Synthetic s = make_synthetic(16, 4);
+    TrainingOptions options = quick_training(200);
+    options.schedule = "constant";
+    options.learning_rate = 10;
+    NetworkOptions network = small_network();
+    network.widths = {};
+    CHECK_THROWS_WITH(trained(s, network, options), Catch::Contains("learning rate"));
+}
+
+TEST_CASE("a model and samples that do not fit each other are refused")
+{
+    const Synthetic s = make_synthetic(16, 4);
+    NetworkOptions without_shape = small_network();
+    without_shape.shape = false;
+    NdgModel model(without_shape, s.shape_space, s.tube, "tube", 5);
+    CHECK_THROWS_AS(
+        train(model, s.set("train", small_network()), s.set("validation", small_network()), quick_training(1)),
+        InputError);
+}

@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "ndg/body/pose_set.h"
+#include "ndg/body/sample_set.h"
+#include "ndg/body/shape_space.h"
+#include "ndg/body/template.h"
+#include "ndg/core/error.h"
+#include "ndg/core/hash.h"
+#include "ndg/core/interrupt.h"
+#include "ndg/core/log.h"
+#include "ndg/core/progress.h"
+#include "ndg/core/tool.h"
+#include "ndg/neural/train.h"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <memory>
+
+using namespace ndg;
+
+int main(int argc, char** argv)
+{
+    std::string template_path, bodies_path, poses_path, shape_path, output_path, device_name = "cpu";
+    std::vector<std::string> samples_paths;
+    NetworkOptions network;
+    TrainingOptions training;
+    bool no_rotation = false, no_shape = false;
+    double cache_gigabytes = 8.0;
+
+    Tool tool("train-ndg", "Trains the network that predicts deformation gradients from pose and body shape.",
+              "train-ndg --template template.h5 --bodies bodies.h5 --poses poses.h5 --shape-space shapes.h5 "
+              "--samples fem.h5 --output model.h5");
+    tool.input("template", template_path, "template");
+    tool.input("bodies", bodies_path, "layered bodies of the samples");
+    tool.input("poses", poses_path, "poses of the samples");
+    tool.input("shape-space", shape_path, "shape space of the training bodies");
+    tool.input("samples", samples_paths, "simulated samples, one file or several shards");
+    // The checkpoint beside the output is what is resumed; a finished model is never overwritten without --force.
+    tool.output("output", output_path, "model to write");
+    tool.parameter("widths", network.widths, "hidden layers");
+    tool.parameter("parametrisation", network.parametrisation, "from nine numbers to a residual gradient",
+                   parametrisation_names);
+    tool.parameter("no-rotation", no_rotation, "ablation: predict F itself, not the residual R^T F");
+    tool.parameter("no-shape", no_shape, "ablation: hide the body's shape from the network");
+    tool.parameter("output-basis", network.output_basis,
+                   "0: trained last layer; k: fixed basis of k principal components of the training residuals", 0,
+                   65536);
+    tool.parameter("epochs", training.epochs, "passes over the training samples", 1, 1000000);
+    tool.parameter("batch-size", training.batch_size, "samples a step", 1, 1000000);
+    tool.parameter("learning-rate", training.learning_rate, "of AdamW", 1e-12, 10.0);
+    tool.parameter("weight-decay", training.weight_decay, "of AdamW, on matrices", 0.0, 1000.0);
+    tool.parameter("schedule", training.schedule, "of the learning rate", schedule_names);
+    tool.parameter("dropout", training.dropout, "probability, after each hidden layer", 0.0, 0.95);
+    tool.parameter("input-noise", training.input_noise, "in standard deviations of each input", 0.0, 10.0);
+    tool.parameter("patience", training.patience, "epochs without improvement before stopping, 0: never", 0, 1000000);
+    tool.parameter("checkpoint-seconds", training.checkpoint_seconds, "between checkpoints, 0: every epoch", 0.0, 1e9);
+    tool.parameter("cache-gigabytes", cache_gigabytes, "targets are kept in memory up to this size", 0.0, 1e6);
+    tool.parameter("device", device_name, "where the network is trained", {"cpu", "cuda"});
+
+    return tool.run(argc, argv, [&] {
+        catch_interrupts();
+        network.rotation = !no_rotation;
+        network.shape = !no_shape;
+        training.seed = tool.seed();
+        training.checkpoint_path = checkpoint_path_for(output_path);
+        network.check();
+        training.check();
+        const Device device = parse_device(device_name);
+        if (tool.force()) remove_checkpoint(training.checkpoint_path);
+
+        const Template body_template = read_template(template_path);
+        const std::string template_sha256 = sha256_path(template_path);
+        const BodySet bodies = read_bodies(bodies_path, body_template);
+        require_input(bodies.template_sha256 == template_sha256,
+                      "{}: the bodies were made with another template than {}", bodies_path, template_path);
+        const PoseSet poses = read_poses(poses_path);
+        const ShapeSpace shape_space = read_shape_space(shape_path);
+        std::vector<DeformationSet> samples;
+        for (const std::string& path : samples_paths)
+            samples.push_back(read_deformations(path, body_template.num_volume_vertices()));
+
+        const auto make_set = [&](const std::string& split) {
+            return TrainingSet(body_template, bodies, poses, samples, split, shape_space, network, cache_gigabytes);
+        };
+        const TrainingSet training_set = make_set("train");
+        const TrainingSet validation_set = make_set("validation");
+        NdgModel model(network, shape_space, body_template, template_sha256, tool.seed(), device);
+        log_info("{} training and {} validation samples ({} unconverged ones left out), {} prisms", training_set.size(),
+                 validation_set.size(), training_set.num_unconverged() + validation_set.num_unconverged(),
+                 body_template.num_prisms());
+
+        TrainingCallbacks callbacks;
+        std::unique_ptr<Progress> progress;
+        std::size_t shown = 0;
+        callbacks.epoch_done = [&](const TrainingCurve& curve, double learning_rate) {
+            if (!progress) progress = std::make_unique<Progress>("training", static_cast<std::size_t>(training.epochs));
+            progress->advance(curve.epoch.size() - shown);
+            shown = curve.epoch.size();
+            log_debug("epoch {}: training loss {:.4e}, validation loss {:.4e}, best epoch {}, learning rate {:.2e}",
+                      curve.epoch.back(), curve.train_loss.back(), curve.validation_loss.back(), curve.best_epoch,
+                      learning_rate);
+        };
+        const TrainingResult result = train(model, training_set, validation_set, training, callbacks);
+        progress.reset();
+        model.save(output_path, tool.provenance());
+        remove_checkpoint(training.checkpoint_path);
+
+        const TrainingCurve& curve = model.curve();
+        const auto best = static_cast<std::size_t>(curve.best_epoch - 1);
+        fmt::print(
+            "{}: {} samples, {} left out as unconverged; {} epochs{}, best {}: training loss {:.4e}, validation "
+            "loss {:.4e} (untrained {:.4e} and {:.4e}), {} weights\n",
+            output_path, training_set.size() + validation_set.size(),
+            training_set.num_unconverged() + validation_set.num_unconverged(), result.epochs_run,
+            result.stopped_early ? ", stopped early" : "", curve.best_epoch, curve.train_loss[best],
+            curve.validation_loss[best], curve.initial_train_loss, curve.initial_validation_loss,
+            model.num_parameters());
+    });
+}
