@@ -17,16 +17,19 @@ MakeHumanParameters sample_parameters(std::uint64_t seed, int body_idx, const Bo
 {
     options.check();
     Random random(seed, "bodies", static_cast<std::uint64_t>(body_idx));
-    const auto slider = [&] { return std::clamp(0.5 + options.spread * random.normal(), 0.08, 0.92); };
+    const auto slider = [&](double middle, double spread) {
+        return std::clamp(middle + spread * random.normal(), 0.08, 0.95);
+    };
     MakeHumanParameters parameters;
     parameters.sex = body_idx % 2 == 0 ? 0.0 : 1.0;
     // MakeHuman's young shape stands for 25 years and less.
     const double years = random.uniform(20.0, 75.0);
     parameters.age = 0.5 + std::max(0.0, years - 25.0) / 130.0;
-    parameters.weight = slider();
-    parameters.muscle = slider();
-    parameters.height = slider();
-    parameters.proportions = slider();
+    // MakeHuman's height slider spans 1.2 to 2.4 m, and its average weight is slim (BMI 21).
+    parameters.weight = slider(0.62, 1.2 * options.spread);
+    parameters.muscle = slider(0.5, options.spread);
+    parameters.height = slider(0.48, 0.4 * options.spread);
+    parameters.proportions = slider(0.5, options.spread);
     return parameters;
 }
 
