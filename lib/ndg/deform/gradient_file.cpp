@@ -88,9 +88,8 @@ GradientReader::GradientReader(const std::string& path, int num_prisms) : state_
     require_input(num_prisms < 0 || shape[1] == static_cast<std::size_t>(num_prisms),
                   "{}: /gradients/F holds {} prisms, the template has {}", path, shape[1], num_prisms);
     state.num_prisms = static_cast<int>(shape[1]);
-    const RowMatrixI indices =
-        state.file.read_int_matrix("/gradients/pairs", static_cast<Eigen::Index>(shape[0]), 2, 0,
-                                   std::numeric_limits<int>::max());
+    const RowMatrixI indices = state.file.read_int_matrix("/gradients/pairs", static_cast<Eigen::Index>(shape[0]), 2, 0,
+                                                          std::numeric_limits<int>::max());
     for (Eigen::Index i = 0; i < indices.rows(); ++i) state.pairs.push_back({indices(i, 0), indices(i, 1)});
     state.pair_splits = state.file.read_strings("/gradients/splits", static_cast<std::int64_t>(shape[0]));
 }

@@ -1,1 +1,120 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "ndg/deform/poisson.h"
+
+#include "ndg/core/error.h"
+
+namespace ndg {
+
+PoissonReconstruction::PoissonReconstruction(const Prisms& prisms, int num_wrap_vertices,
+                                             const Eigen::Ref<const Points>& rest_vertices)
+    : prisms_(prisms),
+      num_wrap_vertices_(num_wrap_vertices),
+      num_vertices_(static_cast<int>(rest_vertices.rows())),
+      weighted_operators_(static_cast<std::size_t>(prisms.rows())),
+      cholesky_(SparseCholesky::Method::automatic)
+{
+    require(num_wrap_vertices_ > 0 && num_wrap_vertices_ < num_vertices_,
+            "{} bone wrap vertices among {} volume vertices leave nothing to solve for", num_wrap_vertices_,
+            num_vertices_);
+    require(prisms_.minCoeff() >= 0 && prisms_.maxCoeff() < num_vertices_, "a prism refers to vertex {} of {}",
+            prisms_.maxCoeff(), num_vertices_);
+    set_rest(rest_vertices);
+}
+
+void PoissonReconstruction::set_rest(const Eigen::Ref<const Points>& rest_vertices)
+{
+    require(rest_vertices.rows() == num_vertices_, "the body has {} volume vertices, the template {}",
+            rest_vertices.rows(), num_vertices_);
+    const int num_free = num_vertices_ - num_wrap_vertices_;
+    std::vector<Eigen::Triplet<double>> free_entries, coupling_entries;
+    free_entries.reserve(static_cast<std::size_t>(prisms_.rows()) * 21);
+    for (Eigen::Index p = 0; p < prisms_.rows(); ++p) {
+        const PrismVertices prism = gather_prism(rest_vertices, prisms_, p);
+        const PrismGradient gradient = prism_gradient_operator(prism);
+        const double volume = prism_volume(prism);
+        require(volume > 0, "rest prism {} has volume {} m^3", p, volume);
+        weighted_operators_[static_cast<std::size_t>(p)] = volume * gradient.transpose();
+        const Eigen::Matrix<double, 6, 6> block = volume * gradient.transpose() * gradient;
+        for (int a = 0; a < 6; ++a) {
+            const int row = prisms_(p, a) - num_wrap_vertices_;
+            if (row < 0) continue;
+            for (int b = 0; b < 6; ++b) {
+                const int col = prisms_(p, b) - num_wrap_vertices_;
+                if (col < 0) {
+                    coupling_entries.emplace_back(row, col + num_wrap_vertices_, block(a, b));
+                } else if (col <= row) {
+                    free_entries.emplace_back(row, col, block(a, b));
+                }
+            }
+        }
+    }
+    Eigen::SparseMatrix<double> free_matrix(num_free, num_free);
+    free_matrix.setFromTriplets(free_entries.begin(), free_entries.end());
+    coupling_.resize(num_free, num_wrap_vertices_);
+    coupling_.setFromTriplets(coupling_entries.begin(), coupling_entries.end());
+    if (!analyzed_) cholesky_.analyze(free_matrix);
+    analyzed_ = true;
+    if (!cholesky_.factorize(free_matrix)) {
+        throw SolverError("the Poisson system is not positive definite: some vertex is not held by the bone wrap");
+    }
+}
+
+template <typename GradientAt>
+Points PoissonReconstruction::solve(const GradientAt& gradient_at, const Eigen::Ref<const Points>& bone_wrap) const
+{
+    require(bone_wrap.rows() == num_wrap_vertices_, "{} bone wrap vertices given, the template has {}",
+            bone_wrap.rows(), num_wrap_vertices_);
+    const int num_free = num_vertices_ - num_wrap_vertices_;
+    Points scattered = Points::Zero(num_free, 3);
+    for (Eigen::Index p = 0; p < prisms_.rows(); ++p) {
+        // G^T W takes F_p^T, three rows a prism with the same weight.
+        const Eigen::Matrix<double, 3, 3, Eigen::RowMajor> transposed = gradient_at(p).transpose();
+        const WeightedOperator force = weighted_operators_[static_cast<std::size_t>(p)].lazyProduct(transposed);
+        for (int a = 0; a < 6; ++a) {
+            const int row = prisms_(p, a) - num_wrap_vertices_;
+            if (row >= 0) scattered.row(row) += force.row(a);
+        }
+    }
+    Eigen::MatrixXd right_hand_side = scattered;
+    right_hand_side.noalias() -= coupling_ * bone_wrap;
+
+    Points vertices(num_vertices_, 3);
+    vertices.topRows(num_wrap_vertices_) = bone_wrap;
+    vertices.bottomRows(num_free) = cholesky_.solve(right_hand_side);
+    return vertices;
+}
+
+Points PoissonReconstruction::reconstruct(const Eigen::Ref<const Gradients>& gradients,
+                                          const Eigen::Ref<const Points>& bone_wrap) const
+{
+    require(gradients.rows() == prisms_.rows(), "{} deformation gradients given, the template has {} prisms",
+            gradients.rows(), prisms_.rows());
+    return solve(
+        [&](Eigen::Index p) {
+            return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(gradients.row(p).data());
+        },
+        bone_wrap);
+}
+
+Points PoissonReconstruction::reconstruct(const Eigen::Ref<const GradientsF>& gradients,
+                                          const Eigen::Ref<const Points>& bone_wrap) const
+{
+    require(gradients.rows() == prisms_.rows(), "{} deformation gradients given, the template has {} prisms",
+            gradients.rows(), prisms_.rows());
+    return solve(
+        [&](Eigen::Index p) -> Eigen::Matrix3d {
+            return Eigen::Map<const Eigen::Matrix<float, 3, 3, Eigen::RowMajor>>(gradients.row(p).data())
+                .cast<double>();
+        },
+        bone_wrap);
+}
+
+Points PoissonReconstruction::reconstruct(const std::vector<Eigen::Matrix3d>& prism_rotations,
+                                          const Eigen::Ref<const Points>& bone_wrap) const
+{
+    require(static_cast<Eigen::Index>(prism_rotations.size()) == prisms_.rows(),
+            "{} prism rotations given, the template has {} prisms", prism_rotations.size(), prisms_.rows());
+    return solve([&](Eigen::Index p) { return prism_rotations[static_cast<std::size_t>(p)]; }, bone_wrap);
+}
+
+}  // namespace ndg

@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: Apache-2.0
+// Core-seconds of one FEM sample, and where they go. Without --template: a bent tube.
+#include "ndg/core/error.h"
+#include "ndg/core/threads.h"
+#include "ndg/core/tool.h"
+#include "ndg/fem/simulator.h"
+#include "report.h"
+#include "support/support.h"
+
+#include "ndg/body/pose_set.h"
+
+#include <ctime>
+#include <functional>
+
+using namespace ndg;
+
+namespace {
+
+/// Processor time of this thread, so that other work on the machine does not count.
+double seconds_of(const std::function<void()>& work)
+{
+    const auto now = [] {
+        timespec time{};
+        clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+        return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+    };
+    const double start = now();
+    work();
+    return now() - start;
+}
+
+struct Case {
+    Template body_template;
+    std::vector<Body> bodies;
+    std::vector<Pose> poses;
+};
+
+Case read_case(const std::string& template_path, const std::string& bodies_path, const std::string& poses_path,
+               int samples, int rings)
+{
+    Case result;
+    if (template_path.empty()) {
+        result.body_template = test::tube_template(rings, 16);
+        result.bodies = {result.body_template.rest};
+        for (int i = 0; i < samples; ++i) result.poses.push_back(test::tube_pose(0.3 + 1.5 * i / samples));
+        return result;
+    }
+    result.body_template = read_template(template_path);
+    result.bodies = bodies_path.empty() ? std::vector<Body>{result.body_template.rest}
+                                        : read_bodies(bodies_path, result.body_template).bodies;
+    require_input(!poses_path.empty(), "--poses must be given with --template");
+    const PoseSet poses = read_poses(poses_path);
+    for (int i = 0; i < samples; ++i) {
+        result.poses.push_back(poses.poses[static_cast<std::size_t>(static_cast<long>(i) * poses.size() / samples)]);
+    }
+    return result;
+}
+
+}  // namespace
+
+int main(int argc, char** argv)
+{
+    Tool tool("bench-fem", "Times FEM samples on one core.", "bench_fem --samples 20 --output out/bench/fem.json");
+    std::string template_path, bodies_path, poses_path, output;
+    int samples = 12, rings = 100;
+    SimulationOptions options;
+    tool.input("template", template_path, "template; the built-in tube without it", false);
+    tool.input("bodies", bodies_path, "bodies; the template's own without it", false);
+    tool.input("poses", poses_path, "poses, spread evenly over the samples", false);
+    tool.parameter("samples", samples, "samples to simulate", 1, 100000);
+    tool.parameter("rings", rings, "rings of the tube", 3, 100000);
+    tool.parameter("relative-tolerance", options.newton.relative_tolerance, "share of forces out of balance", 1e-14,
+                   0.1);
+    tool.output("output", output, "JSON result", false);
+    return tool.run(argc, argv, [&] {
+        set_num_threads(1);
+        const Case bench = read_case(template_path, bodies_path, poses_path, samples, rings);
+        Simulator simulator(bench.body_template, options);
+        std::vector<double> seconds, iterations;
+        int converged = 0, stepped = 0;
+        double inverted = 0;
+        Points last;
+        for (int i = 0; i < samples; ++i) {
+            SimulationResult result;
+            seconds.push_back(seconds_of([&] {
+                simulator.set_body(bench.bodies[static_cast<std::size_t>(i) % bench.bodies.size()]);
+                result = simulator.simulate(bench.poses[static_cast<std::size_t>(i)]);
+            }));
+            iterations.push_back(result.newton.iterations);
+            converged += result.newton.converged();
+            stepped += result.load_steps > 0;
+            inverted += result.inverted_prisms;
+            last = result.vertices;
+            fmt::print(stderr, "sample {:3d}: {:.2f} s, {:2d} iterations, {}, |g| {:.1e} N, relative {:.1e}\n", i,
+                       seconds.back(), result.newton.iterations, describe(result.newton.stop),
+                       result.newton.residual_newton, result.newton.residual_relative);
+        }
+
+        const ElasticModel& model = simulator.model();
+        Eigen::SparseMatrix<double> hessian = model.hessian_pattern();
+        SparseCholesky cholesky(SparseCholesky::Method::supernodal);
+        cholesky.analyze(hessian);
+        Eigen::VectorXd gradient, absolute;
+        bench::Report report("fem");
+        report.add("prisms", static_cast<double>(model.prisms().rows()));
+        report.add("unknowns", model.num_dofs());
+        report.add("core_seconds_median", bench::quantile(seconds, 0.5));
+        report.add("core_seconds_p95", bench::quantile(seconds, 0.95));
+        report.add("iterations_median", bench::quantile(iterations, 0.5));
+        report.add("iterations_max", bench::quantile(iterations, 1.0));
+        report.add("converged_share", static_cast<double>(converged) / samples);
+        report.add("load_stepped_share", static_cast<double>(stepped) / samples);
+        report.add("inverted_prisms_mean", inverted / samples);
+        report.add("set_body_seconds", seconds_of([&] { simulator.set_body(bench.bodies.front()); }));
+        report.add("energy_seconds", seconds_of([&] { model.energy(last); }));
+        report.add("gradient_seconds", seconds_of([&] { model.gradient(last, gradient, absolute); }));
+        report.add("exact_hessian_seconds", seconds_of([&] { model.hessian(last, false, hessian); }));
+        report.add("projected_hessian_seconds", seconds_of([&] { model.hessian(last, true, hessian); }));
+        report.add("factor_seconds", seconds_of([&] { cholesky.factorize(hessian); }));
+        report.add("solve_seconds", seconds_of([&] { cholesky.solve(gradient); }));
+        report.add("factor_nonzeros", cholesky.factor_nonzeros());
+        report.print();
+        if (!output.empty()) report.write(output);
+    });
+}
