@@ -13,7 +13,8 @@ struct TetrahedralMesh {
 };
 
 /// Fills a closed, outward, non-self-intersecting surface; its triangles are kept as they are. `max_volume` > 0 bounds
-/// the size of the tetrahedra (m^3); interior vertices are added for quality where that asks for them.
+/// the size of the tetrahedra (m^3), except at surface triangles too large for it; interior vertices are added for
+/// quality where that asks for them. Deterministic.
 /// Throws InputError when the surface is open, non-manifold or self-intersecting, Error when TetGen fails.
 TetrahedralMesh tetrahedralize(const Eigen::Ref<const Points>& vertices, const Eigen::Ref<const Triangles>& triangles,
                                double max_volume = 0.0);
