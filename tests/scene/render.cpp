@@ -129,6 +129,26 @@ TEST_CASE("A one-sided layer is not seen from behind")
     CHECK(render({layer}, front_camera(), unlit(20)).at(10, 10) == red_pixel);
 }
 
+TEST_CASE("A layer that shows its outermost surface only lets nothing of itself through")
+{
+    Layer shell = sphere("shell", 0.8, 3, red);
+    const Layer inner = sphere("shell", 0.4, 3, red);
+    const Eigen::Index vertices = shell.vertices.rows(), triangles = shell.triangles.rows();
+    shell.vertices.conservativeResize(2 * vertices, 3);
+    shell.vertices.bottomRows(vertices) = inner.vertices;
+    shell.triangles.conservativeResize(2 * triangles, 3);
+    shell.triangles.bottomRows(triangles) = inner.triangles.array() + int(vertices);
+    shell.opacity = 0.5f;
+    // The centre ray meets four surfaces, the ring around the inner ball two.
+    const Image all = render({shell}, front_camera(), unlit(41));
+    CHECK(int(all.at(20, 20)[1]) == int(pixel_from_linear({1, 0.0625f, 0.0625f})[1]));
+    CHECK(int(all.at(20, 8)[1]) == int(pixel_from_linear({1, 0.25f, 0.25f})[1]));
+    shell.outermost_only = true;
+    const Image outermost = render({shell}, front_camera(), unlit(41));
+    CHECK(int(outermost.at(20, 20)[1]) == int(pixel_from_linear({1, 0.5f, 0.5f})[1]));
+    CHECK(outermost.at(20, 8) == outermost.at(20, 20));
+}
+
 TEST_CASE("A clip plane cuts away what lies on its normal's side")
 {
     const std::vector<Layer> layers = {square("near", 0.9, 1.0, red), square("far", 0.9, 0.0, blue)};

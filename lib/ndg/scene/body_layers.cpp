@@ -9,7 +9,7 @@
 namespace ndg {
 namespace {
 
-const Eigen::Vector3f skin_colour(0.80f, 0.69f, 0.62f), muscle_colour(0.70f, 0.22f, 0.20f),
+const Eigen::Vector3f skin_colour(0.85f, 0.73f, 0.65f), muscle_colour(0.70f, 0.22f, 0.20f),
     bone_wrap_colour(0.86f, 0.76f, 0.58f), bone_colour(0.93f, 0.89f, 0.78f);
 
 Layer wrap_layer(const std::string& name, const Template& body_template, const BodyGeometry& geometry, int wrap,
@@ -110,7 +110,13 @@ Layer skin_shell(const Template& body_template, const BodyGeometry& geometry)
     layer.edge_opacity = 0.62f;
     layer.gloss = 0.35f;
     layer.two_sided = false;
+    layer.outermost_only = true;
     return layer;
+}
+
+Layer skin_wrap_layer(const Template& body_template, const BodyGeometry& geometry)
+{
+    return wrap_layer("skin_wrap", body_template, geometry, 2, skin_colour);
 }
 
 Layer muscle_wrap_layer(const Template& body_template, const BodyGeometry& geometry)
@@ -144,7 +150,7 @@ Layer volume_change_layer(const Template& body_template, const Body& body, const
     Layer layer = skin_layer(body_template, geometry);
     const Eigen::VectorXd change = volume_change(body.volume_vertices, geometry.volume_vertices, body_template.prisms,
                                                  body_template.num_wrap_vertices());
-    layer.vertex_colours = Eigen::RowVector3f(0.72f, 0.72f, 0.72f).replicate(layer.vertices.rows(), 1);
+    layer.vertex_colours = Eigen::RowVector3f(0.80f, 0.80f, 0.80f).replicate(layer.vertices.rows(), 1);
     for (int w = 0; w < body_template.num_wrap_vertices(); ++w)
         layer.vertex_colours.row(body_template.wrap_to_skin[std::size_t(w)]) =
             diverging_colour(change[w] / range).transpose();

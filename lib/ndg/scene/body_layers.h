@@ -29,6 +29,8 @@ BodyGeometry skinned_geometry(const BodyPoser& poser, const Body& body, const Po
 Layer skin_layer(const Template& body_template, const BodyGeometry& geometry);
 /// The skin as a faint translucent shell around other layers.
 Layer skin_shell(const Template& body_template, const BodyGeometry& geometry);
+/// The outer surface of the volume alone: the skin without head, hands and toes, open at the cuts.
+Layer skin_wrap_layer(const Template& body_template, const BodyGeometry& geometry);
 Layer muscle_wrap_layer(const Template& body_template, const BodyGeometry& geometry);
 Layer bone_wrap_layer(const Template& body_template, const BodyGeometry& geometry);
 /// "bones" and "muscles", each where the template has such anatomy.

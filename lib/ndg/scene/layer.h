@@ -21,6 +21,8 @@ struct Layer {
     float gloss = 0.15f;             ///< strength of the highlight
     VertexColours vertex_colours{};  ///< empty: `colour` everywhere
     bool two_sided = true;           ///< also show triangles seen from behind
+    /// A ray meets the layer once at most: of a translucent skin the outside shows, not the cavities behind it.
+    bool outermost_only = false;
 };
 
 /// Throws Error naming the layer when indices, colours or opacity are out of range or a vertex is not finite.

@@ -112,13 +112,17 @@ Eigen::Vector3f trace(const Scene& scene, const RayTracer& tracer, const Ray& ra
 {
     Eigen::Vector3f colour = Eigen::Vector3f::Zero();
     float transmittance = 1.0f;
+    std::vector<bool> passed(scene.surfaces.size(), false);
     RaySegment segment = clip_ray(ray.origin, ray.direction, {}, settings.clip);
     const Eigen::Vector3f origin = ray.origin.cast<float>(), direction = ray.direction.cast<float>();
     while (!segment.empty() && transmittance > 2e-3f) {
         const RayHit hit = tracer.nearest(origin, direction, segment.near, segment.far);
         if (hit.layer_idx < 0) break;
         const Fragment fragment = shade(scene, hit, ray.direction, settings);
-        if (fragment.opacity > 0) {
+        const auto layer_idx = std::size_t(hit.layer_idx);
+        const bool hidden = passed[layer_idx] && scene.surfaces[layer_idx].layer->outermost_only;
+        if (fragment.opacity > 0 && !hidden) {
+            passed[layer_idx] = true;
             colour += transmittance * fragment.opacity * fragment.colour;
             transmittance *= 1.0f - fragment.opacity;
         }

@@ -6,11 +6,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace ndg {
 namespace {
 
 const Pixel paper_colour = {244, 245, 246};
+
+constexpr int label_height = 24, legend_height = 30, gap = 10;  // pixels
 
 struct Level {
     std::string name;
@@ -36,12 +39,14 @@ std::vector<Level> section_levels(const Skeleton& skeleton, const Body& body)
 std::vector<Layer> section_layers(const Template& body_template, const BodyGeometry& geometry)
 {
     Layer skin = skin_layer(body_template, geometry);
-    skin.colour = {0.95f, 0.80f, 0.50f};
+    skin.colour = {0.90f, 0.90f, 0.90f};
+    Layer fat = closed_layer(skin_wrap_layer(body_template, geometry));
+    fat.colour = {0.95f, 0.80f, 0.50f};
     Layer muscle = closed_layer(muscle_wrap_layer(body_template, geometry));
     muscle.colour = {0.80f, 0.36f, 0.32f};
     Layer core = closed_layer(bone_wrap_layer(body_template, geometry));
     core.colour = {0.72f, 0.74f, 0.78f};
-    std::vector<Layer> layers = {skin, muscle, core};
+    std::vector<Layer> layers = {skin, fat, muscle, core};
     for (Layer& layer : anatomy_layers(body_template, geometry)) {
         layer.colour =
             layer.name == "bones" ? Eigen::Vector3f(0.98f, 0.96f, 0.88f) : Eigen::Vector3f(0.60f, 0.16f, 0.16f);
@@ -49,41 +54,57 @@ std::vector<Layer> section_layers(const Template& body_template, const BodyGeome
         if (layer.name == "bones")
             layers.push_back(layer);
         else
-            layers.insert(layers.begin() + 3, layer);
+            layers.insert(layers.begin() + 4, layer);
     }
     return layers;
 }
 
 struct Extent {
-    Eigen::Vector2d centre, size;
+    Eigen::Vector2d low, high;
 };
 
-/// Bounding box of the points in plane coordinates, grown by a margin.
+/// Bounding box of points in plane coordinates (metres along right and up).
 Extent plane_extent(const Points& points, const SectionPlane& plane)
 {
     const Points centred = points.rowwise() - plane.origin.transpose();
     const Eigen::VectorXd across = centred * plane.right, upward = centred * plane.up;
-    const Eigen::Vector2d low(across.minCoeff(), upward.minCoeff()), high(across.maxCoeff(), upward.maxCoeff());
-    return {0.5 * (low + high), (high - low) * 1.04};
+    return {{across.minCoeff(), upward.minCoeff()}, {across.maxCoeff(), upward.maxCoeff()}};
 }
 
+/// Bounding box of a section.
+Extent section_extent(const Layer& layer, const SectionPlane& plane)
+{
+    const double far = std::numeric_limits<double>::infinity();
+    Extent extent{{far, far}, {-far, -far}};
+    for (const SectionSegment& segment : section_segments(layer.vertices, layer.triangles, plane))
+        for (const Eigen::Vector2d& point : {segment.begin, segment.end}) {
+            extent.low = extent.low.cwiseMin(point);
+            extent.high = extent.high.cwiseMax(point);
+        }
+    return extent;
+}
+
+/// The section with its label above.
 Image draw(const std::vector<Layer>& layers, const SectionPlane& plane, const Extent& extent, double pixels_per_metre,
            const std::string& label)
 {
     SectionSettings settings;
-    settings.centre = extent.centre;
+    const Eigen::Vector2d size = (extent.high - extent.low) * pixels_per_metre;
+    settings.centre = 0.5 * (extent.low + extent.high);
     settings.pixels_per_metre = pixels_per_metre;
-    settings.width = std::max(1, int(std::ceil(extent.size.x() * pixels_per_metre)));
-    settings.height = std::max(1, int(std::ceil(extent.size.y() * pixels_per_metre)));
-    Image image = section_image(layers, plane, settings);
-    draw_text(image, label, 6, 6, 2, {45, 52, 60});
+    settings.width = std::max(text_width(label, 2), int(std::ceil(size.x())) + 4);
+    settings.height = int(std::ceil(size.y())) + 4;
+    Image image(settings.width, settings.height + label_height, paper_colour);
+    paste(image, section_image(layers, plane, settings), 0, label_height);
+    draw_text(image, label, 0, 0, 2, {45, 52, 60});
     return image;
 }
 
 Image legend(const std::vector<Layer>& layers, int width)
 {
-    Image image(width, 30, paper_colour);
-    const std::vector<std::pair<std::string, std::string>> names = {{"skin", "fat layer"},
+    Image image(width, legend_height, paper_colour);
+    const std::vector<std::pair<std::string, std::string>> names = {{"skin", "surface only"},
+                                                                    {"skin_wrap", "fat layer"},
                                                                     {"muscle_wrap", "muscle layer"},
                                                                     {"bone_wrap", "inside of bone wrap"},
                                                                     {"bones", "bones"},
@@ -114,49 +135,47 @@ Image sections_picture(const Template& body_template, const Body& body, const Pi
     frontal.origin = body.joint_positions.row(skeleton.joint("left_upper_arm")).transpose();
     frontal.origin.x() = 0;
     const Extent frontal_extent = plane_extent(body.skin_vertices, frontal);
-    const double frontal_scale = settings.height / frontal_extent.size.y();
+    const double frontal_scale = (settings.height - label_height) / (frontal_extent.high.y() - frontal_extent.low.y());
     const Image left = draw(layers, frontal, frontal_extent, frontal_scale, "frontal");
 
-    // Horizontal sections, seen from above with the front of the body at the bottom; one scale for all.
+    // Horizontal sections, seen from above with the front of the body at the bottom; one scale and one middle for all.
     const std::vector<Level> levels = section_levels(skeleton, body);
     SectionPlane horizontal;
     horizontal.right = Eigen::Vector3d::UnitX();
     horizontal.up = -Eigen::Vector3d::UnitZ();
     std::vector<Extent> extents;
-    double total_depth = 0, largest_width = 0;
+    double total_depth = 0, half_width = 0;
     for (const Level& level : levels) {
         horizontal.origin = {0, level.height, 0};
-        std::vector<Eigen::RowVector3d> near;
-        for (const SectionSegment& segment : section_segments(layers[0].vertices, layers[0].triangles, horizontal))
-            near.emplace_back(segment.begin.x(), 0, -segment.begin.y());
-        require(!near.empty(), "The {} section at {:.3f} m misses the skin", level.name, level.height);
-        Points outline(Eigen::Index(near.size()), 3);
-        for (std::size_t i = 0; i < near.size(); ++i) outline.row(Eigen::Index(i)) = near[i];
-        extents.push_back(plane_extent(outline, horizontal));
-        total_depth += extents.back().size.y();
-        largest_width = std::max(largest_width, extents.back().size.x());
+        const Extent extent = section_extent(layers[1], horizontal);  // of the volume: no hands hanging beside the hip
+        require(extent.low.x() < extent.high.x(), "The {} section at {:.3f} m misses the volume", level.name,
+                level.height);
+        extents.push_back(extent);
+        total_depth += extent.high.y() - extent.low.y();
+        half_width = std::max({half_width, -extent.low.x(), extent.high.x()});
     }
-    constexpr int gap = 10;
-    const double scale = std::min((settings.height - gap * double(levels.size())) / std::max(1e-6, total_depth),
-                                  1.2 * settings.height / std::max(1e-6, largest_width));
+    const double room = settings.height - double(levels.size()) * (label_height + gap + 4);
+    const double scale = std::min(std::max(room, 50.0) / total_depth, 0.55 * settings.height / half_width);
     std::vector<Image> right;
-    int right_width = 1;
     for (std::size_t i = 0; i < levels.size(); ++i) {
         horizontal.origin = {0, levels[i].height, 0};
-        // Room for the label above narrow sections.
+        extents[i].low.x() = -half_width;
+        extents[i].high.x() = half_width;
         right.push_back(draw(layers, horizontal, extents[i], scale,
-                             fmt::format("{} y={:.2f} m", levels[i].name, levels[i].height)));
-        right_width = std::max(right_width, right.back().width);
+                             fmt::format("{}, y = {:.2f} m", levels[i].name, levels[i].height)));
     }
-    const int width = std::max(left.width + right_width + 3 * gap, 900);
-    Image picture(width, settings.height + 30 + 3 * gap, paper_colour);
+    const Image key = legend(layers, left.width + right.front().width + gap);
+    int height = left.height, y = gap;
+    for (const Image& image : right) y += image.height + gap;
+    height = std::max(height, y);
+    Image picture(key.width + 2 * gap, height + legend_height + 2 * gap, paper_colour);
     paste(picture, left, gap, gap);
-    int y = gap;
+    y = gap;
     for (const Image& image : right) {
         paste(picture, image, left.width + 2 * gap, y);
         y += image.height + gap;
     }
-    paste(picture, legend(layers, width - 2 * gap), gap, picture.height - 30 - gap / 2);
+    paste(picture, key, gap, picture.height - legend_height - gap / 2);
     return picture;
 }
 
