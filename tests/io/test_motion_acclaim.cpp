@@ -220,6 +220,5 @@ TEST_CASE("the same take as ASF/AMC and as BVH gives the same motion", "[data]")
         }
         CHECK(largest_angle < 2e-5);     // the BVH has four decimals of a degree
         CHECK(largest_distance < 2e-4);  // file units of 5.6 cm
-        WARN(take << ": largest rotation difference " << largest_angle << ", position " << largest_distance);
     }
 }

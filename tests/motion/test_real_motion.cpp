@@ -129,8 +129,6 @@ TEST_CASE("a captured walk keeps its anatomy", "[data]")
         CHECK(*std::min_element(left_foot_ahead.begin(), left_foot_ahead.end()) < -0.2);
         REQUIRE(sole_tilt.size() > 20);
         CHECK(median(sole_tilt) < 12.0);
-        WARN(file << ": knees " << least_knee << ".." << largest_knee << ", lowest toes " << low << " m, soles "
-                  << median(sole_tilt) << " degrees in stance (" << sole_tilt.size() << "), travel " << forward);
     }
 }
 
@@ -184,10 +182,6 @@ TEST_CASE("every kind of captured skeleton finds its joint map and stands uprigh
         CHECK(median(head) > 1.1);
         CHECK(*std::min_element(knees.begin(), knees.end()) > -12.0);
         CHECK(std::abs(lowest) < 0.15);
-        WARN(file << ": median head height " << median(head) << ", knees "
-                  << *std::min_element(knees.begin(), knees.end()) << ".."
-                  << *std::max_element(knees.begin(), knees.end()) << ", lowest toes " << lowest << ", fastest joint "
-                  << import.report.max_joint_speed / degree << ", glitch frames " << import.report.num_glitch_frames);
     }
 }
 

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 
 namespace ndg {
 
@@ -330,17 +329,38 @@ private:
     std::vector<FrameValues> frames_;
 };
 
-/// Puts the six root values where they belong: position, and angles about x, y, z.
-void split_root_values(const AcclaimSkeleton& skeleton, const std::vector<double>& values, Eigen::Vector3d& position,
-                       Eigen::Vector3d& angles)
+/// Names, parents and zero-pose positions of the bones in `order`.
+void set_skeleton(const AcclaimSkeleton& skeleton, const std::vector<int>& order, MotionClip& clip)
 {
-    for (std::size_t k = 0; k < 6; ++k) {
-        const char channel = skeleton.root_order[k];
-        if (channel >= 'x')
-            angles[channel - 'x'] = values[k];
-        else
-            position[channel - 'X'] = values[k];
+    const auto num_joints = static_cast<Eigen::Index>(order.size());
+    std::vector<int> joint_of_bone(order.size());
+    clip.zero_pose_positions = Points::Zero(num_joints, 3);
+    clip.zero_pose_tips = Points::Zero(num_joints, 3);
+    for (Eigen::Index j = 0; j < num_joints; ++j) {
+        const Bone& bone = skeleton.bones[order[j]];
+        joint_of_bone[order[j]] = static_cast<int>(j);
+        clip.joint_names.push_back(bone.name);
+        clip.parents.push_back(bone.parent < 0 ? -1 : joint_of_bone[bone.parent]);
+        if (bone.parent < 0) continue;
+        clip.zero_pose_positions.row(j) = clip.zero_pose_tips.row(clip.parents[j]);
+        clip.zero_pose_tips.row(j) = clip.zero_pose_positions.row(j);
+        if (bone.length > 0) clip.zero_pose_tips.row(j) += bone.length * bone.direction.normalized().transpose();
     }
+}
+
+/// Angles about x, y and z in a frame, in the AMC's unit; for the root also its position.
+Eigen::Vector3d bone_angles(const AcclaimSkeleton& skeleton, int bone, const std::vector<double>& values,
+                            Eigen::Vector3d& root_position)
+{
+    const std::string& channels = bone == 0 ? skeleton.root_order : skeleton.bones[bone].dofs;
+    Eigen::Vector3d angles = Eigen::Vector3d::Zero();
+    for (std::size_t k = 0; k < channels.size(); ++k) {
+        if (channels[k] >= 'x')
+            angles[channels[k] - 'x'] = values[k];
+        else
+            root_position[channels[k] - 'X'] = values[k];
+    }
+    return angles;
 }
 
 }  // namespace
@@ -357,46 +377,26 @@ MotionClip read_asf_amc(const std::string& asf_path, const std::string& amc_path
     clip.frame_rate = assumed_frame_rate;
     clip.frame_rate_assumed = true;
     clip.metres_per_unit = metres_per_inch / skeleton.length_unit;
-    const auto num_joints = static_cast<Eigen::Index>(order.size());
-    std::vector<int> joint_of_bone(order.size());
-    std::vector<Eigen::Matrix3d> world_from_axis;  // C: the frame in which a bone's angles are given
-    clip.zero_pose_positions = Points::Zero(num_joints, 3);
-    clip.zero_pose_tips = Points::Zero(num_joints, 3);
-    for (Eigen::Index j = 0; j < num_joints; ++j) {
-        const Bone& bone = skeleton.bones[order[j]];
-        joint_of_bone[order[j]] = static_cast<int>(j);
-        clip.joint_names.push_back(bone.name);
-        clip.parents.push_back(bone.parent < 0 ? -1 : joint_of_bone[bone.parent]);
-        world_from_axis.push_back(euler_rotation(bone.axis_order, bone.axis_angles * skeleton.radians_per_unit));
-        if (bone.parent < 0) continue;
-        clip.zero_pose_positions.row(j) = clip.zero_pose_tips.row(clip.parents[j]);
-        clip.zero_pose_tips.row(j) = clip.zero_pose_positions.row(j);
-        if (bone.length > 0) clip.zero_pose_tips.row(j) += bone.length * bone.direction.normalized().transpose();
-    }
+    set_skeleton(skeleton, order, clip);
 
     clip.root_positions.resize(static_cast<Eigen::Index>(frames.size()), 3);
-    clip.world_from_joint.resize(frames.size());
     for (std::size_t f = 0; f < frames.size(); ++f) {
-        clip.world_from_joint[f].resize(order.size());
+        std::vector<Eigen::Matrix3d> world_from_joint;
+        Eigen::Vector3d root_position = Eigen::Vector3d::Zero();
         for (std::size_t j = 0; j < order.size(); ++j) {
             const Bone& bone = skeleton.bones[order[j]];
-            const std::vector<double>& values = frames[f][order[j]];
-            Eigen::Vector3d angles = Eigen::Vector3d::Zero();
-            if (bone.parent < 0) {
-                Eigen::Vector3d position;
-                split_root_values(skeleton, values, position, angles);
-                clip.root_positions.row(static_cast<Eigen::Index>(f)) = (skeleton.root_position + position).transpose();
-            }
-            for (std::size_t k = 0; k < bone.dofs.size(); ++k) angles[bone.dofs[k] - 'x'] = values[k];
-            const Eigen::Matrix3d& axis = world_from_axis[j];
+            const Eigen::Vector3d angles = bone_angles(skeleton, order[j], frames[f][order[j]], root_position);
+            const Eigen::Matrix3d axis = euler_rotation(bone.axis_order, bone.axis_angles * skeleton.radians_per_unit);
             const Eigen::Matrix3d parent_from_joint =
                 axis * euler_rotation(bone.axis_order, angles * reader.radians_per_unit()) * axis.transpose();
             const int parent = clip.parents[j];
             if (parent < 0)
-                clip.world_from_joint[f][j] = parent_from_joint;
+                world_from_joint.push_back(parent_from_joint);
             else
-                clip.world_from_joint[f][j] = clip.world_from_joint[f][parent] * parent_from_joint;
+                world_from_joint.push_back(world_from_joint[parent] * parent_from_joint);
         }
+        clip.root_positions.row(static_cast<Eigen::Index>(f)) = (skeleton.root_position + root_position).transpose();
+        clip.world_from_joint.push_back(std::move(world_from_joint));
     }
     return clip;
 }

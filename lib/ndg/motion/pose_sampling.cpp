@@ -12,8 +12,9 @@ namespace ndg {
 
 namespace {
 
-/// Room for rounding where a bound decides that a distance need not be computed.
-constexpr double slack = 1e-9;
+constexpr int block_size = 8;
+/// One number of each pose of a block.
+using Lane = Eigen::Array<float, block_size, 1>;
 
 /// Joint rotations of all poses as quaternions; joints that never move are left out, for they add exactly 0.
 class PoseTable {
@@ -45,6 +46,36 @@ public:
         for (const Pose& pose : poses) {
             for (const int k : by_spread) quaternions_.push_back(to_quaternion(pose.parent_from_joint[joints[k]]));
         }
+        blocks_.assign(static_cast<std::size_t>(num_blocks()) * num_joints_ * 4, Lane::Zero());
+        for (int i = 0; i < num_poses_; ++i) {
+            Lane* block = blocks_.data() + static_cast<std::size_t>(i / block_size) * num_joints_ * 4;
+            for (int j = 0; j < num_joints_; ++j) {
+                const Eigen::Vector4d& q = quaternions_[static_cast<std::size_t>(i) * num_joints_ + j].coeffs();
+                for (int k = 0; k < 4; ++k) block[4 * j + k][i % block_size] = static_cast<float>(q[k]);
+            }
+        }
+    }
+
+    int num_blocks() const { return (num_poses_ + block_size - 1) / block_size; }
+
+    /// Numbers no larger than the distances of a block's poses to a pose, in float32 and without trigonometry: the
+    /// angle 4 asin(c / 2) of a chord c is at least the first terms of its series, all of which are positive.
+    Lane lower_bounds(int block, int pose) const
+    {
+        // What float32 may have added to a squared chord, and to the sum.
+        constexpr float chord_error = 2e-6F, relative_error = 1e-5F;
+        const Lane* p = blocks_.data() + static_cast<std::size_t>(block) * num_joints_ * 4;
+        const Eigen::Quaterniond* q = quaternions_.data() + static_cast<std::size_t>(pose) * num_joints_;
+        Lane sum = Lane::Zero();
+        for (int j = 0; j < num_joints_; ++j, p += 4) {
+            const Eigen::Vector4f r = q[j].coeffs().cast<float>();
+            const Lane squared =
+                (p[0] - r[0]).square() + (p[1] - r[1]).square() + (p[2] - r[2]).square() + (p[3] - r[3]).square();
+            const Lane nearer = (squared.min(4.0F - squared) - chord_error).max(0.0F);
+            const Lane x = 0.5F * nearer.sqrt(), x2 = 0.25F * nearer;
+            sum += x * (4.0F + x2 * (4.0F / 6.0F + x2 * (12.0F / 40.0F + x2 * (60.0F / 336.0F))));
+        }
+        return sum * (1.0F - relative_error);
     }
 
     int size() const { return num_poses_; }
@@ -62,6 +93,7 @@ public:
 private:
     int num_poses_ = 0, num_joints_ = 0;
     std::vector<Eigen::Quaterniond> quaternions_;
+    std::vector<Lane> blocks_;  ///< num_blocks x num_joints x 4 quaternion coefficients
 };
 
 }  // namespace
@@ -92,29 +124,25 @@ PoseSampling farthest_point_sampling(const std::vector<Pose>& poses, int count, 
 
     PoseSampling sampling;
     std::vector<double> distance(num_poses, std::numeric_limits<double>::infinity());  // to the nearest pick
-    std::vector<int> nearest(num_poses, 0);                                            // which pick that is
-    std::vector<double> between;                                                       // newest pick to all picks
     int next = first_idx;
     while (true) {
-        const int pick = static_cast<int>(sampling.order.size());
         sampling.order.push_back(next);
-        between.assign(pick + 1, 0.0);
-#pragma omp parallel for schedule(static)
-        for (int k = 0; k < pick; ++k) between[k] = table.distance(next, sampling.order[k]);
-#pragma omp parallel for schedule(dynamic, 256)
-        for (int i = 0; i < num_poses; ++i) {
-            // d(i, new) >= d(old, new) - d(i, old): no nearer where d(old, new) >= 2 d(i, old).
-            if (pick > 0 && between[nearest[i]] >= 2.0 * distance[i] + slack) continue;
-            const double d = table.distance(i, next, distance[i]);
-            if (d < distance[i]) {
-                distance[i] = d;
-                nearest[i] = pick;
+        // Below that a thread costs more than it does.
+#pragma omp parallel for schedule(static) if (num_poses > 20000)
+        for (int block = 0; block < table.num_blocks(); ++block) {
+            const Lane bounds = table.lower_bounds(block, next);
+            const int begin = block * block_size, end = std::min(num_poses, begin + block_size);
+            for (int i = begin; i < end; ++i) {
+                if (bounds[i - begin] > distance[i]) continue;
+                distance[i] = std::min(distance[i], table.distance(i, next, distance[i]));
             }
         }
         const auto farthest = std::max_element(distance.begin(), distance.end());
         sampling.covering_radius.push_back(*farthest);
-        if (pick + 1 == count) break;
-        require_input(*farthest > 0.0, "{} poses were asked for, only {} of the {} differ", count, pick + 1, num_poses);
+        const int num_picked = static_cast<int>(sampling.order.size());
+        if (num_picked == count) break;
+        require_input(*farthest > 0.0, "{} poses were asked for, only {} of the {} differ", count, num_picked,
+                      num_poses);
         next = static_cast<int>(farthest - distance.begin());
     }
     return sampling;
