@@ -6,6 +6,7 @@
 #include "ndg/body/sample_set.h"
 #include "ndg/body/shape_space.h"
 #include "ndg/core/random.h"
+#include "ndg/core/threads.h"
 #include "ndg/neural/training_set.h"
 #include "support/support.h"
 
@@ -73,6 +74,7 @@ inline Points bulged_tube(const Template& tube, const Body& body, const Pose& po
 
 inline Synthetic make_synthetic(int num_training = 96, int num_validation = 24)
 {
+    set_num_threads(1);  // steps this small only wait for each other on several
     Synthetic s;
     Random random(7, "synthetic");
     std::vector<Body> bodies;
