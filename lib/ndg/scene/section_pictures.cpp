@@ -147,8 +147,8 @@ Image sections_picture(const Template& body_template, const Body& body, const Pi
     double total_depth = 0, half_width = 0;
     for (const Level& level : levels) {
         horizontal.origin = {0, level.height, 0};
-        const Extent extent = section_extent(layers[1], horizontal);  // of the volume: no hands hanging beside the hip
-        require(extent.low.x() < extent.high.x(), "The {} section at {:.3f} m misses the volume", level.name,
+        const Extent extent = section_extent(layers[0], horizontal);
+        require(extent.low.x() < extent.high.x(), "The {} section at {:.3f} m misses the skin", level.name,
                 level.height);
         extents.push_back(extent);
         total_depth += extent.high.y() - extent.low.y();
