@@ -268,6 +268,10 @@ TEST_CASE_METHOD(Fixture, "A stored reference states its convergence criterion b
     provenance.config_json = R"({"tolerance": 0.001})";
     write_deformations(folder.file("fem.h5"), set, provenance);
     CHECK_THAT(convergence_criterion(folder.file("fem.h5")), Catch::Contains("0.001"));
+    provenance.config_json = R"({"simulate-fem": {"relative_tolerance": 2e-05, "absolute_tolerance": 1e-06}})";
+    write_deformations(folder.file("fem.h5"), set, provenance);
+    CHECK_THAT(convergence_criterion(folder.file("fem.h5")),
+               Catch::Contains("at most 2e-05 of") && Catch::Contains("at most 1e-06 N"));
     // What is evaluated after reading back is what was stored.
     NamedDeformations stored{"fem.h5", read_deformations(folder.file("fem.h5"), tube.num_volume_vertices())};
     const auto table = evaluate_methods(tube, bodies, test_pairs, "test", stored, {file("NDG", 0.001)});

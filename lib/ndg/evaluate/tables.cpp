@@ -4,6 +4,8 @@
 #include "ndg/core/error.h"
 #include "ndg/io/h5.h"
 
+#include <nlohmann/json.hpp>
+
 #include <algorithm>
 #include <array>
 #include <map>
@@ -157,7 +159,17 @@ std::string convergence_criterion(const std::string& deformation_path)
         if (name == "/convergence_criterion" || name == "convergence_criterion") return value;
         if (name == "/config" || name == "config") config = value;
     }
-    return config.empty() ? "not stated in the reference file" : "as configured: " + config;
+    if (config.empty()) return "not stated in the reference file";
+    const nlohmann::json json = nlohmann::json::parse(config, nullptr, false);
+    if (json.is_object() && json.contains("simulate-fem")) {
+        const nlohmann::json& fem = json["simulate-fem"];
+        if (fem.is_object() && fem.contains("relative_tolerance") && fem.contains("absolute_tolerance"))
+            return fmt::format(
+                "norm of the out-of-balance forces on the free vertices at most {} of the summed absolute element "
+                "forces, or at most {} N",
+                fem["relative_tolerance"].dump(), fem["absolute_tolerance"].dump());
+    }
+    return "as configured: " + config;
 }
 
 std::string order_violation(const std::vector<MethodMetrics>& rows, const std::string& order)

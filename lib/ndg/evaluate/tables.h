@@ -52,7 +52,8 @@ TableCounts count_data(const Template& body_template, const BodySet& bodies, int
                        const std::string& convergence_criterion);
 
 /// What a deformation file says of its convergence criterion: its root attribute "convergence_criterion", or else the
-/// configuration stored with it. Throws InputError when it is not an HDF5 file.
+/// tolerances of simulate-fem (NewtonOptions) in the configuration stored with it, or else that configuration as it is.
+/// Throws InputError when it is not an HDF5 file.
 std::string convergence_criterion(const std::string& deformation_path);
 
 /// Checks "NDG<Gradient Skinning<LBS": along the chain E_pos, E_grad and E_vol must each grow strictly. Returns one
