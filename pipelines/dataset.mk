@@ -1,6 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 # Bodies, poses, splits and FEM samples.
 
+# Motion folders to import: CMU's where the data folder has them beside others, otherwise all of motion/.
+MOTION ?= $(or $(wildcard $(DATA)/motion/cmu_*),$(DATA)/motion)
+
 STAGE = @pipelines/stage.sh $(OUT)
 RUN = --config $(CONFIG) --force
 
@@ -31,7 +34,7 @@ $(OUT)/bodies.h5: $(OUT)/template.h5 $(OUT)/skins.h5 $(CONFIG)
 
 $(OUT)/motion.h5: $(OUT)/template.h5 $(CONFIG) | need-data
 	$(STAGE) import-motion $(BIN)/import-motion $(RUN) --template $< --joint-maps configs/joint-maps \
-	    --motion "$(DATA)/motion" --output $@
+	    $(addprefix --motion ,$(MOTION)) --output $@
 
 $(OUT)/poses.h5: $(OUT)/motion.h5 $(CONFIG)
 	$(STAGE) sample-poses $(BIN)/sample-poses $(RUN) --poses $< --output $@

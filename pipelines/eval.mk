@@ -31,11 +31,11 @@ $(REPORT)/cut.png: $(OUT)/template.h5 $(OUT)/bodies.h5
 
 $(REPORT)/bodies.png: $(OUT)/template.h5 $(OUT)/bodies.h5
 	$(STAGE) picture-bodies $(BIN)/export-scene $(RUN) --template $(OUT)/template.h5 --bodies $(OUT)/bodies.h5 \
-	    --picture-kind bodies --picture $@
+	    --picture-kind bodies --count 8 --picture $@
 
 $(REPORT)/frames.png: $(BODY_DEPS) $(OUT)/fem.h5 $(PREDICTIONS)
 	$(STAGE) picture-frames $(BIN)/export-scene $(RUN) $(BODY_FILES) $(addprefix --deformations ,$(OUT)/fem.h5 $(PREDICTIONS)) \
-	    --picture-kind frames --picture $@
+	    --picture-kind frames --colour volume --picture $@
 
 $(REPORT)/posed.glb: $(BODY_DEPS) $(OUT)/ndg.h5
 	$(STAGE) scene-glb $(BIN)/export-scene $(RUN) $(BODY_FILES) --deformations $(OUT)/ndg.h5 --sample 0 --glb $@

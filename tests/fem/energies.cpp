@@ -233,26 +233,43 @@ TEST_CASE("Dihedral angle: gradient and Hessian")
 
 TEST_CASE("Bending energy: derivatives, clamp and the jump of the angle")
 {
-    for (std::uint64_t i = 0; i < 10; ++i) {
-        const Vector12 x = pack(random_hinge(i));
-        const double rest_angle = 0.4 * static_cast<double>(i) - 1.5, weight = 2.5;
-        const auto energy = [&](const Vector12& y) { return bend_energy(unpack(y), rest_angle, weight); };
+    int faded = 0;
+    for (std::uint64_t i = 0; i < 20; ++i) {
+        Hinge hinge = random_hinge(i);
+        HingeRest rest{0.2 * static_cast<double>(i) - 1.5, 2.5, 1.5e-4, 1.6e-4};
+        if (i >= 10) {
+            // Wings pulled towards the edge: less than a tenth of the rest area left.
+            const Eigen::Vector3d middle = 0.4 * hinge.x0 + 0.6 * hinge.x1;
+            hinge.left = middle + 0.07 * (hinge.left - middle);
+            if (i >= 15) hinge.right = middle + 0.06 * (hinge.right - middle);
+        }
+        const Vector12 x = pack(hinge);
+        const double step = i < 10 ? 1e-7 : 1e-8;
+        const auto energy = [&](const Vector12& y) { return bend_energy(unpack(y), rest); };
         const std::function<Vector12(const Vector12&)> gradient = [&](const Vector12& y) {
-            return bend_gradient(unpack(y), rest_angle, weight);
+            return bend_gradient(unpack(y), rest);
         };
-        require_close(gradient(x), numeric_gradient<12>(energy, x, 1e-7), 1e-5);
-        const Matrix12 hessian = bend_hessian(unpack(x), rest_angle, weight);
-        require_close(hessian, numeric_jacobian<12>(gradient, x, 1e-7), 1e-5);
-        const Matrix12 projected = bend_projected_hessian(unpack(x), rest_angle, weight);
+        const double difference = dihedral_angle(hinge.x0, hinge.x1, hinge.left, hinge.right) - rest.angle;
+        const double full = 0.5 * rest.weight * difference * difference;
+        faded += energy(x) < 0.99 * full;
+        if (i < 10) REQUIRE(energy(x) == Approx(full));
+        require_close(gradient(x), numeric_gradient<12>(energy, x, step), 1e-5);
+        const Matrix12 hessian = bend_hessian(unpack(x), rest);
+        require_close(hessian, numeric_jacobian<12>(gradient, x, step), 1e-5);
+        const Matrix12 projected = bend_projected_hessian(unpack(x), rest);
         const Eigen::SelfAdjointEigenSolver<Matrix12> exact(hessian), clamped(projected);
         REQUIRE(exact.eigenvalues()(0) < 0);
         const Vector12 expected = exact.eigenvalues().cwiseMax(0.0);
-        Vector12 found = clamped.eigenvalues();
-        std::sort(found.data(), found.data() + 12);
-        REQUIRE((found - expected).norm() < 1e-9 * expected.norm());
+        REQUIRE((clamped.eigenvalues() - expected).norm() < 1e-9 * expected.norm());
     }
-    const Hinge hinge = random_hinge(0);
+    REQUIRE(faded >= 8);
+    Hinge hinge = random_hinge(0);
     const double angle = dihedral_angle(hinge.x0, hinge.x1, hinge.left, hinge.right);
     const double turn = 2 * 3.14159265358979323846;
-    REQUIRE(bend_energy(hinge, angle + turn - 0.1, 1) == Approx(0.5 * 0.1 * 0.1));
+    const HingeRest rest{angle + turn - 0.1, 1, 1.5e-4, 1.6e-4};
+    REQUIRE(bend_energy(hinge, rest) == Approx(0.5 * 0.1 * 0.1));
+    hinge.left = 0.5 * (hinge.x0 + hinge.x1);  // collapsed to a line
+    REQUIRE(bend_energy(hinge, rest) == 0);
+    REQUIRE(bend_gradient(hinge, rest).norm() == 0);
+    REQUIRE(bend_hessian(hinge, rest).norm() == 0);
 }

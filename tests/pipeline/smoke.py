@@ -1,0 +1,100 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""The whole pipeline at smoke size on real data, with numeric limits.
+
+smoke.py SOURCE BUILD DATA: exits 77 (skipped) without DATA.
+"""
+import json
+import math
+import os
+import shutil
+import struct
+import subprocess
+import sys
+import tempfile
+
+source, build, data = sys.argv[1], sys.argv[2], (sys.argv[3] if len(sys.argv) > 3 else "")
+if not data:
+    print("skipped: no data folder was given (DATA=)")
+    sys.exit(77)
+import h5py  # noqa: E402  (Debian's python3-h5py)
+import numpy  # noqa: E402
+
+failures = []
+
+
+def check(condition, text):
+    print(("ok    " if condition else "FAIL  ") + text)
+    if not condition:
+        failures.append(text)
+
+
+out = tempfile.mkdtemp(prefix="ndg-smoke-")
+try:
+    command = ["make", "-C", source, "PRESET=smoke", "DATA=" + os.path.abspath(data), "BUILD=" + os.path.abspath(build),
+               "OUT=" + out, out + "/report/tables.json"]
+    environment = {k: v for k, v in os.environ.items() if not k.startswith("MAKE") and k != "MFLAGS"}
+    run = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env=environment)
+    print(run.stdout[-6000:])
+    check(run.returncode == 0, "the pipeline ends with exit code 0")
+    again = subprocess.run(command + ["-q"], env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    check(again.returncode == 0, "a second run has nothing to do")
+
+    # Every file kind, by a reader that is not ours.
+    kinds = {"template": "ndg-template", "skins": "ndg-skins", "bodies": "ndg-bodies", "motion": "ndg-poses",
+             "poses": "ndg-poses", "splits": "ndg-splits", "fem": "ndg-deformations", "shape_space": "ndg-shape-space",
+             "model": "ndg-model", "gradients": "ndg-gradients", "ndg": "ndg-deformations",
+             "gradient-skinning": "ndg-deformations", "lbs": "ndg-deformations", "anatomy": "ndg-anatomy"}
+    for name, kind in kinds.items():
+        with h5py.File(f"{out}/{name}.h5", "r") as file:
+            a = file.attrs
+            text = {k: (v.decode() if isinstance(v, bytes) else v) for k, v in a.items()}
+            ok = (text.get("format") == kind and int(text.get("format_version", 0)) >= 1 and text.get("units") == "m"
+                  and text.get("up_axis") == "y" and "version" in json.loads(text["created_by"])
+                  and isinstance(json.loads(text["config"]), dict))
+            inputs = json.loads(text["inputs"])
+            ok = ok and len(inputs) > 0 and all(len(i["sha256"]) == 64 and i["path"] for i in inputs)
+            check(ok, f"{name}.h5: format, version, units, axes, tool, config and input hashes")
+
+    with h5py.File(f"{out}/splits.h5") as splits, h5py.File(f"{out}/fem.h5") as fem, h5py.File(f"{out}/bodies.h5") as bodies:
+        pairs = fem["deformations/pairs"][:]
+        check(len({tuple(p) for p in pairs}) == len(pairs), "no pair twice")
+        check(numpy.isfinite(fem["deformations/vertices"][:]).all(), "all vertices finite")
+        for kind in ("bodies", "poses"):
+            sets = [set(splits[f"splits/{s}/{kind}"][:].tolist()) for s in ("train", "validation", "test")]
+            check(not (sets[0] & sets[1] or sets[0] & sets[2] or sets[1] & sets[2]), f"{kind} of the splits are disjoint")
+        check(fem["statistics/converged"][:].min() == 1, "FEM converged on every sample")
+        # Bone wraps are posed rigidly or by blending: nothing moves further than a body is tall.
+        rest = bodies["bodies/volume_vertices"][:]
+        check(abs(fem["deformations/vertices"][:]).max() < 3.0, "deformed bodies stay in place")
+        check(rest[..., 1].min() > -0.01 and rest[..., 1].max() < 2.3, "rest bodies stand on the floor")
+
+    with open(f"{out}/report/tables.json") as file:
+        tables = json.load(file)
+    table = tables["table1"]
+    check(list(table)[0] == "FEM" and set(table) == {"FEM", "NDG", "Gradient Skinning", "LBS"}, "Table 1 has the four methods")
+    for method, row in table.items():
+        check(set(row) == {"E_pos_mm", "E_grad_e3", "E_inv", "E_vol_e3"} and all(math.isfinite(v) for v in row.values()),
+              f"{method}: four finite figures")
+    check(table["FEM"]["E_pos_mm"] == 0 and table["FEM"]["E_grad_e3"] == 0, "FEM is its own reference")
+    check(table["FEM"]["E_vol_e3"] < 20, f"FEM keeps volume: {table['FEM']['E_vol_e3']:.2f}e-3 < 20e-3")
+    check(0 < table["NDG"]["E_pos_mm"] < 20, f"NDG within 20 mm: {table['NDG']['E_pos_mm']:.2f}")
+    check(table["Gradient Skinning"]["E_vol_e3"] < table["LBS"]["E_vol_e3"], "Gradient Skinning keeps volume better than LBS")
+    check(tables["counts"]["fem_converged_share"] == 1, "converged share is 1")
+    check(tables["counts"]["invalid_rest_prisms"] == 0, "no invalid rest prism")
+    check(tables["seconds"]["simulate-fem"] > 0, "seconds of the stages are there")
+
+    for name in ("layers", "cut", "bodies", "frames"):
+        with open(f"{out}/report/{name}.png", "rb") as file:
+            head = file.read(24)
+        width, height = struct.unpack(">II", head[16:24])
+        check(head[:8] == b"\x89PNG\r\n\x1a\n" and width > 200 and height > 200, f"{name}.png is a picture")
+    with open(f"{out}/report/posed.glb", "rb") as file:
+        magic, version, _, length, kind = struct.unpack("<4sIII4s", file.read(20))
+        nodes = {n.get("name") for n in json.loads(file.read(length))["nodes"]}
+    check(magic == b"glTF" and version == 2 and {"skin", "muscle_wrap", "bone_wrap"} <= nodes, f"posed.glb has nodes {sorted(nodes)}")
+finally:
+    shutil.rmtree(out, ignore_errors=True)
+
+print(f"{len(failures)} checks failed" if failures else "all checks hold")
+sys.exit(1 if failures else 0)
