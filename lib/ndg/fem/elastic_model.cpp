@@ -87,15 +87,15 @@ void ElasticModel::set_rest(const Eigen::Ref<const Points>& rest_vertices)
     for (SkinEdge& edge : skin_edges_) {
         const Hinge hinge = gather_hinge(rest, edge.vertices);
         const Vector3d along = hinge.x1 - hinge.x0;
-        const double area =
-            (along.cross(hinge.left - hinge.x0).norm() + along.cross(hinge.right - hinge.x0).norm()) / 6;
         edge.rest_length = along.norm();
-        require(edge.rest_length > 0 && area > 0,
-                "the skin edge of volume vertices {} and {} has length {} m, area {} m^2", edge.vertices[0],
-                edge.vertices[1], edge.rest_length, area);
-        edge.rest_angle = dihedral_angle(hinge.x0, hinge.x1, hinge.left, hinge.right);
-        edge.stretch = material_.stretch_stiffness;
-        edge.bend = material_.bend_stiffness * edge.rest_length * edge.rest_length / area;
+        edge.bend.left_area = 0.5 * along.cross(hinge.left - hinge.x0).norm();
+        edge.bend.right_area = 0.5 * along.cross(hinge.right - hinge.x0).norm();
+        require(edge.bend.left_area > 0 && edge.bend.right_area > 0,
+                "the skin triangles at volume vertices {} and {} have rest areas {} and {} m^2", edge.vertices[0],
+                edge.vertices[1], edge.bend.left_area, edge.bend.right_area);
+        edge.bend.angle = dihedral_angle(hinge.x0, hinge.x1, hinge.left, hinge.right);
+        edge.bend.weight = 3 * material_.bend_stiffness * edge.rest_length * edge.rest_length /
+                           (edge.bend.left_area + edge.bend.right_area);
     }
 }
 
@@ -122,8 +122,8 @@ double ElasticModel::energy(const Points& vertices) const
     }
     for (const SkinEdge& edge : skin_edges_) {
         const Hinge hinge = gather_hinge(vertices, edge.vertices);
-        total += edge.stretch * stretch_energy(hinge.x0, hinge.x1, edge.rest_length);
-        total += bend_energy(hinge, edge.rest_angle, edge.bend);
+        total += material_.stretch_stiffness * stretch_energy(hinge.x0, hinge.x1, edge.rest_length);
+        total += bend_energy(hinge, edge.bend);
     }
     return total;
 }
@@ -145,10 +145,10 @@ void ElasticModel::gradient(const Points& vertices, Eigen::VectorXd& gradient, E
     }
     for (const SkinEdge& edge : skin_edges_) {
         const Hinge hinge = gather_hinge(vertices, edge.vertices);
-        const Vector6 stretch = edge.stretch * stretch_gradient(hinge.x0, hinge.x1, edge.rest_length);
+        const Vector6 stretch = material_.stretch_stiffness * stretch_gradient(hinge.x0, hinge.x1, edge.rest_length);
         add(edge.vertices[0], stretch.head<3>());
         add(edge.vertices[1], stretch.tail<3>());
-        const Vector12 bend = bend_gradient(hinge, edge.rest_angle, edge.bend);
+        const Vector12 bend = bend_gradient(hinge, edge.bend);
         for (int a = 0; a < 4; ++a) add(edge.vertices[static_cast<std::size_t>(a)], bend.segment<3>(3 * a));
     }
 }
@@ -257,11 +257,10 @@ void ElasticModel::hessian(const Points& vertices, bool projected, Eigen::Sparse
     for (std::size_t e = 0; e < skin_edges_.size(); ++e) {
         const SkinEdge& edge = skin_edges_[e];
         const Hinge hinge = gather_hinge(vertices, edge.vertices);
-        Matrix12 element = projected ? bend_projected_hessian(hinge, edge.rest_angle, edge.bend)
-                                     : bend_hessian(hinge, edge.rest_angle, edge.bend);
+        Matrix12 element = projected ? bend_projected_hessian(hinge, edge.bend) : bend_hessian(hinge, edge.bend);
         element.topLeftCorner<6, 6>() +=
-            edge.stretch * (projected ? stretch_projected_hessian(hinge.x0, hinge.x1, edge.rest_length)
-                                      : stretch_hessian(hinge.x0, hinge.x1, edge.rest_length));
+            material_.stretch_stiffness * (projected ? stretch_projected_hessian(hinge.x0, hinge.x1, edge.rest_length)
+                                                     : stretch_hessian(hinge.x0, hinge.x1, edge.rest_length));
         add_block_matrix<4>(edge.vertices, edge_places_[e], element, values);
     }
 }

@@ -4,6 +4,7 @@
 
 #include "ndg/body/template.h"
 #include "ndg/fem/materials.h"
+#include "ndg/fem/shell.h"
 #include "ndg/geometry/prism.h"
 
 #include <Eigen/SparseCore>
@@ -43,9 +44,8 @@ public:
 private:
     struct SkinEdge {
         std::array<int, 4> vertices{};  ///< x0, x1, left, right
-        double rest_length = 0, rest_angle = 0;
-        double stretch = 0;  ///< k_s
-        double bend = 0;     ///< k_b rest_length^2 / rest_area
+        double rest_length = 0;
+        HingeRest bend;
     };
     /// Value index of the top left entry of block (row vertex a, column vertex b) at [a + Size b]; -1: not stored.
     template <std::size_t Size>

@@ -88,6 +88,71 @@ double angle_difference(const Hinge& hinge, double rest_angle)
     return difference - 2 * pi * std::ceil((difference - pi) / (2 * pi));
 }
 
+/// Squared area of a wing's triangle over that of its rest, q, and the fade f(q) with its derivatives. q is a
+/// polynomial of the vertices, so nothing is singular where the area vanishes.
+struct Fade {
+    double ratio = 1, value = 1, first = 0, second = 0;
+    Eigen::Vector3d arm0, arm1, normal;  ///< of the triangle (x0, x1, wing)
+    double scale = 1;                    ///< 1 / |rest normal|^2
+    int wing_row = 6;                    ///< first row of the wing vertex among the hinge's 12
+
+    Fade(const Hinge& hinge, const Vector3d& wing, double rest_area, int row) : wing_row(row)
+    {
+        arm0 = hinge.x1 - hinge.x0;
+        arm1 = wing - hinge.x0;
+        normal = arm0.cross(arm1);
+        scale = 0.25 / (rest_area * rest_area);
+        ratio = scale * normal.squaredNorm();
+        constexpr double limit = bend_fade_share * bend_fade_share;
+        if (ratio >= limit) return;
+        const double s = ratio / limit;
+        value = s * s * s * (10 + s * (6 * s - 15));
+        first = 30 * s * s * (1 - s) * (1 - s) / limit;
+        second = 60 * s * (1 - s) * (1 - 2 * s) / (limit * limit);
+    }
+
+    bool active() const { return value < 1; }
+
+    Vector12 ratio_gradient() const
+    {
+        const Vector3d d_arm0 = 2 * scale * arm1.cross(normal), d_arm1 = 2 * scale * normal.cross(arm0);
+        Vector12 gradient = Vector12::Zero();
+        gradient.segment<3>(0) = -d_arm0 - d_arm1;
+        gradient.segment<3>(3) = d_arm0;
+        gradient.segment<3>(wing_row) = d_arm1;
+        return gradient;
+    }
+
+    Matrix12 ratio_hessian() const
+    {
+        const Matrix3d n_arm0 = -cross_matrix(arm1), n_arm1 = cross_matrix(arm0);
+        const Matrix3d block00 = 2 * scale * n_arm0.transpose() * n_arm0;
+        const Matrix3d block11 = 2 * scale * n_arm1.transpose() * n_arm1;
+        const Matrix3d block01 = 2 * scale * (n_arm0.transpose() * n_arm1 - cross_matrix(normal));
+        Matrix12 hessian = Matrix12::Zero();
+        hessian.block<3, 3>(3, 3) = block00;
+        hessian.block<3, 3>(3, wing_row) = block01;
+        hessian.block<3, 3>(wing_row, 3) = block01.transpose();
+        hessian.block<3, 3>(wing_row, wing_row) = block11;
+        for (const int row : {3, wing_row}) {
+            hessian.block<3, 3>(row, 0) = -hessian.block<3, 3>(row, 3) - hessian.block<3, 3>(row, wing_row);
+            hessian.block<3, 3>(0, row) = hessian.block<3, 3>(row, 0).transpose();
+        }
+        hessian.block<3, 3>(0, 0) = -hessian.block<3, 3>(3, 0) - hessian.block<3, 3>(wing_row, 0);
+        return hessian;
+    }
+};
+
+Fade left_fade(const Hinge& hinge, const HingeRest& rest)
+{
+    return {hinge, hinge.left, rest.left_area, 6};
+}
+
+Fade right_fade(const Hinge& hinge, const HingeRest& rest)
+{
+    return {hinge, hinge.right, rest.right_area, 9};
+}
+
 }  // namespace
 
 double stretch_energy(const Vector3d& x0, const Vector3d& x1, double rest_length)
@@ -140,26 +205,52 @@ Matrix12 dihedral_hessian(const Hinge& hinge)
     return 0.5 * (hessian + hessian.transpose());
 }
 
-double bend_energy(const Hinge& hinge, double rest_angle, double weight)
+double bend_energy(const Hinge& hinge, const HingeRest& rest)
 {
-    const double difference = angle_difference(hinge, rest_angle);
-    return 0.5 * weight * difference * difference;
+    const double fade = left_fade(hinge, rest).value * right_fade(hinge, rest).value;
+    if (fade == 0) return 0;
+    const double difference = angle_difference(hinge, rest.angle);
+    return 0.5 * rest.weight * fade * difference * difference;
 }
 
-Vector12 bend_gradient(const Hinge& hinge, double rest_angle, double weight)
+Vector12 bend_gradient(const Hinge& hinge, const HingeRest& rest)
 {
-    return weight * angle_difference(hinge, rest_angle) * dihedral_gradient(hinge);
+    const Fade left = left_fade(hinge, rest), right = right_fade(hinge, rest);
+    const double fade = left.value * right.value;
+    if (fade == 0) return Vector12::Zero();
+    const double difference = angle_difference(hinge, rest.angle);
+    Vector12 gradient = rest.weight * fade * difference * dihedral_gradient(hinge);
+    const double share = 0.5 * rest.weight * difference * difference;
+    if (left.active()) gradient += share * right.value * left.first * left.ratio_gradient();
+    if (right.active()) gradient += share * left.value * right.first * right.ratio_gradient();
+    return gradient;
 }
 
-Matrix12 bend_hessian(const Hinge& hinge, double rest_angle, double weight)
+Matrix12 bend_hessian(const Hinge& hinge, const HingeRest& rest)
 {
-    const Vector12 gradient = dihedral_gradient(hinge);
-    return weight * (gradient * gradient.transpose() + angle_difference(hinge, rest_angle) * dihedral_hessian(hinge));
+    const Fade left = left_fade(hinge, rest), right = right_fade(hinge, rest);
+    const double fade = left.value * right.value;
+    if (fade == 0) return Matrix12::Zero();
+    const double difference = angle_difference(hinge, rest.angle);
+    const Vector12 angle = dihedral_gradient(hinge);
+    Matrix12 hessian = rest.weight * fade * (angle * angle.transpose() + difference * dihedral_hessian(hinge));
+    if (!left.active() && !right.active()) return hessian;
+
+    const Vector12 q_left = left.ratio_gradient(), q_right = right.ratio_gradient();
+    const Vector12 fade_gradient = right.value * left.first * q_left + left.value * right.first * q_right;
+    const Matrix12 across = left.first * right.first * q_left * q_right.transpose();
+    const Matrix12 fade_hessian =
+        right.value * (left.second * q_left * q_left.transpose() + left.first * left.ratio_hessian()) +
+        left.value * (right.second * q_right * q_right.transpose() + right.first * right.ratio_hessian()) + across +
+        across.transpose();
+    const Matrix12 mixed = angle * fade_gradient.transpose();
+    hessian += rest.weight * difference * (mixed + mixed.transpose() + 0.5 * difference * fade_hessian);
+    return hessian;
 }
 
-Matrix12 bend_projected_hessian(const Hinge& hinge, double rest_angle, double weight)
+Matrix12 bend_projected_hessian(const Hinge& hinge, const HingeRest& rest)
 {
-    return clamp_eigenvalues<12>(bend_hessian(hinge, rest_angle, weight));
+    return clamp_eigenvalues<12>(bend_hessian(hinge, rest));
 }
 
 }  // namespace ndg

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Discrete shell energies of the skin, per edge (NDG equations 5 and 6; Grinspun et al. 2003), without the stiffness
-// factors k_b and k_s. Vectors stack the points' coordinates: (x0, x1) or (x0, x1, left, right).
+// Discrete shell energies of the skin, per edge (NDG equations 5 and 6; Grinspun et al. 2003). Vectors stack the
+// points' coordinates: (x0, x1) or (x0, x1, left, right).
 #pragma once
 
 #include <Eigen/Core>
@@ -27,11 +27,23 @@ struct Hinge {
 Vector12 dihedral_gradient(const Hinge& hinge);
 Matrix12 dihedral_hessian(const Hinge& hinge);
 
-/// 1/2 weight (theta - rest_angle)^2, weight = rest_length^2 / rest_area. The difference is taken in (-pi, pi].
-double bend_energy(const Hinge& hinge, double rest_angle, double weight);
-Vector12 bend_gradient(const Hinge& hinge, double rest_angle, double weight);
-Matrix12 bend_hessian(const Hinge& hinge, double rest_angle, double weight);
+/// What a hinge's bending energy refers to.
+struct HingeRest {
+    double angle = 0;
+    double weight = 0;      ///< k_b rest_length^2 / rest_area
+    double left_area = 0;   ///< m^2, of the left triangle
+    double right_area = 0;  ///< m^2, of the right triangle
+};
+/// A triangle squeezed to less than this share of its rest area fades out of the bending energy: as it collapses to a
+/// line its angle loses meaning and the forces of the energy as published grow without bound.
+constexpr double bend_fade_share = 0.1;
+
+/// 1/2 weight (theta - angle)^2 fade(left) fade(right). The difference is taken in (-pi, pi]; fade is 1 above
+/// bend_fade_share, 0 at area zero, and twice continuously differentiable between.
+double bend_energy(const Hinge& hinge, const HingeRest& rest);
+Vector12 bend_gradient(const Hinge& hinge, const HingeRest& rest);
+Matrix12 bend_hessian(const Hinge& hinge, const HingeRest& rest);
 /// With negative eigenvalues set to zero.
-Matrix12 bend_projected_hessian(const Hinge& hinge, double rest_angle, double weight);
+Matrix12 bend_projected_hessian(const Hinge& hinge, const HingeRest& rest);
 
 }  // namespace ndg
