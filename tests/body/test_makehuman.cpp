@@ -35,8 +35,13 @@ TEST_CASE("MakeHuman's sliders do what they say", "[makehuman]")
     const auto base = with([](MakeHumanParameters&) {});
     CHECK(with([](MakeHumanParameters& p) { p.height = 0.9; }).first > base.first + 0.1);
     CHECK(with([](MakeHumanParameters& p) { p.height = 0.1; }).first < base.first - 0.1);
-    CHECK(with([](MakeHumanParameters& p) { p.weight = 0.9; }).second > 1.1 * base.second);
+    CHECK(with([](MakeHumanParameters& p) { p.weight = 0.9; }).second > 1.05 * base.second);
     CHECK(with([](MakeHumanParameters& p) { p.weight = 0.1; }).second < 0.95 * base.second);
+    const auto heavy = with([](MakeHumanParameters& p) {
+        p.weight = 0.9;
+        p.muscle = 0.2;
+    });
+    CHECK(heavy.second > 1.25 * base.second);
     CHECK(with([](MakeHumanParameters& p) { p.sex = 1.0; }).first >
           with([](MakeHumanParameters& p) { p.sex = 0.0; }).first);
     CHECK_THROWS_WITH(with([](MakeHumanParameters& p) { p.age = 0.2; }), Contains("age is 0.2"));
@@ -61,7 +66,7 @@ TEST_CASE("template and bodies of MakeHuman are valid everywhere", "[makehuman]"
     if (test::data_folder().empty()) return;
     const MakeHuman source(test::data_folder() + "/makehuman");
     TemplateOptions options;
-    options.target_edge_length = 0.045;
+    options.target_edge_length = 0.032;
     const Template made = make_template(source.evaluate({}), source.weights(), options);
     CHECK(made.num_prisms() > 2000);
     CHECK(check_prisms(made.rest.volume_vertices, made.prisms).num_invalid == 0);
@@ -90,6 +95,7 @@ TEST_CASE("template and bodies of MakeHuman are valid everywhere", "[makehuman]"
     const Person person{0.5, 40.0};
     const Body lean_body = build_layers(made, skin_on_template(made, source.evaluate(p), "lean"), person, 0.05, &lean);
     p.weight = 0.9;
+    p.muscle = 0.2;
     const Body heavy_body =
         build_layers(made, skin_on_template(made, source.evaluate(p), "heavy"), person, 0.05, &heavy);
     CHECK(check_prisms(lean_body.volume_vertices, made.prisms).num_invalid == 0);

@@ -25,9 +25,10 @@ MakeHumanParameters sample_parameters(std::uint64_t seed, int body_idx, const Bo
     // MakeHuman's young shape stands for 25 years and less.
     const double years = random.uniform(20.0, 75.0);
     parameters.age = 0.5 + std::max(0.0, years - 25.0) / 130.0;
-    // MakeHuman's height slider spans 1.2 to 2.4 m, and its average weight is slim (BMI 21).
-    parameters.weight = slider(0.62, 1.2 * options.spread);
-    parameters.muscle = slider(0.5, options.spread);
+    // MakeHuman's height slider spans 1.2 to 2.4 m, its average weight is slim (BMI 21), and with average muscle its
+    // largest weight is only BMI 23: heavy people have little muscle there.
+    parameters.weight = slider(0.65, 1.3 * options.spread);
+    parameters.muscle = slider(0.35, 1.3 * options.spread);
     parameters.height = slider(0.48, 0.4 * options.spread);
     parameters.proportions = slider(0.5, options.spread);
     return parameters;
@@ -38,8 +39,8 @@ Body skin_on_template(const Template& body_template, const ParametricSurface& su
     require_input(body_template.source_vertices.rows() == body_template.rest.skin_vertices.rows(),
                   "the template was not made from a parametric source: it has no map from the source's vertices");
     require_input(body_template.source_vertices.maxCoeff() < surface.vertices.rows(),
-                  "the template's source map uses vertex {}, the source has {}", body_template.source_vertices.maxCoeff(),
-                  surface.vertices.rows());
+                  "the template's source map uses vertex {}, the source has {}",
+                  body_template.source_vertices.maxCoeff(), surface.vertices.rows());
     Body body;
     body.name = name;
     body.joint_positions = surface.joint_positions;

@@ -11,13 +11,13 @@ namespace ndg {
 
 /// How far sampled adults spread around the middle of MakeHuman's sliders.
 struct BodySamplingOptions {
-    double spread = 0.18;  ///< standard deviation of muscle and proportions (sliders 0..1); weight 1.2, height 0.4 times that
+    double spread = 0.18;  ///< standard deviation of proportions (slider 0..1); weight and muscle 1.3, height 0.4 times
 
     void check() const;
 };
 
-/// Parameters of body `body_idx`: sexes alternate, age uniform from 20 to 75 years, the other sliders normal, centred so
-/// that stature and BMI spread about as adults' do, and cut at 0.08 and 0.95. Depends on (seed, body_idx) alone.
+/// Parameters of body `body_idx`: sexes alternate, age uniform from 20 to 75 years, the other sliders normal, centred
+/// so that stature and BMI spread about as adults' do, and cut at 0.08 and 0.95. Depends on (seed, body_idx) alone.
 MakeHumanParameters sample_parameters(std::uint64_t seed, int body_idx, const BodySamplingOptions& options);
 
 /// The source's surface in the template's tessellation: skin vertices and joints of the returned body are filled.

@@ -42,35 +42,46 @@ Eigen::MatrixXd harmonic_extension(const Eigen::Ref<const Tetrahedra>& tetrahedr
     laplacian.setFromTriplets(entries.begin(), entries.end());
     SparseCholesky solver;
     solver.analyze(laplacian);
-    if (!solver.factorize(laplacian)) throw SolverError("bone interior: an interior vertex is not connected to the bone wrap");
+    if (!solver.factorize(laplacian))
+        throw SolverError("bone interior: an interior vertex is not connected to the bone wrap");
     return solver.solve(right);
 }
 
 }  // namespace
 
-BoneInterior fill_bone_wrap(const Eigen::Ref<const Points>& bone_wrap, const Eigen::Ref<const Triangles>& wrap_triangles,
-                            const Eigen::Ref<const RowMatrix>& wrap_weights)
+ClosedBoneWrap close_bone_wrap(const Eigen::Ref<const Points>& bone_wrap,
+                               const Eigen::Ref<const Triangles>& wrap_triangles)
 {
     const int num_wrap = static_cast<int>(bone_wrap.rows());
     const auto loops = boundary_loops(wrap_triangles, num_wrap);
-    Points vertices(num_wrap + static_cast<Eigen::Index>(loops.size()), 3);
-    vertices.topRows(num_wrap) = bone_wrap;
+    ClosedBoneWrap closed;
+    closed.vertices.resize(num_wrap + static_cast<Eigen::Index>(loops.size()), 3);
+    closed.vertices.topRows(num_wrap) = bone_wrap;
     std::vector<Eigen::RowVector3i> caps;
     for (std::size_t l = 0; l < loops.size(); ++l) {
         const auto& loop = loops[l];
         const int centre = num_wrap + static_cast<int>(l);
-        vertices.row(centre).setZero();
+        closed.vertices.row(centre).setZero();
         for (std::size_t i = 0; i < loop.size(); ++i) {
-            vertices.row(centre) += bone_wrap.row(loop[i]) / static_cast<double>(loop.size());
+            closed.vertices.row(centre) += bone_wrap.row(loop[i]) / static_cast<double>(loop.size());
             // The surface lies left of the loop, so the cap runs the other way round.
             caps.emplace_back(loop[(i + 1) % loop.size()], loop[i], centre);
         }
     }
-    Triangles closed(wrap_triangles.rows() + static_cast<Eigen::Index>(caps.size()), 3);
-    closed.topRows(wrap_triangles.rows()) = wrap_triangles;
-    for (std::size_t i = 0; i < caps.size(); ++i) closed.row(wrap_triangles.rows() + static_cast<Eigen::Index>(i)) = caps[i];
+    closed.triangles.resize(wrap_triangles.rows() + static_cast<Eigen::Index>(caps.size()), 3);
+    closed.triangles.topRows(wrap_triangles.rows()) = wrap_triangles;
+    for (std::size_t i = 0; i < caps.size(); ++i)
+        closed.triangles.row(wrap_triangles.rows() + static_cast<Eigen::Index>(i)) = caps[i];
+    return closed;
+}
 
-    TetrahedralMesh mesh = tetrahedralize(vertices, closed);
+BoneInterior fill_bone_wrap(const Eigen::Ref<const Points>& bone_wrap,
+                            const Eigen::Ref<const Triangles>& wrap_triangles,
+                            const Eigen::Ref<const RowMatrix>& wrap_weights)
+{
+    const int num_wrap = static_cast<int>(bone_wrap.rows());
+    const ClosedBoneWrap closed = close_bone_wrap(bone_wrap, wrap_triangles);
+    TetrahedralMesh mesh = tetrahedralize(closed.vertices, closed.triangles);
     BoneInterior interior;
     interior.vertices = mesh.vertices.bottomRows(mesh.vertices.rows() - num_wrap);
     interior.tetrahedra = std::move(mesh.tetrahedra);
@@ -78,7 +89,8 @@ BoneInterior fill_bone_wrap(const Eigen::Ref<const Points>& bone_wrap, const Eig
     return interior;
 }
 
-Points transfer_interior(const Eigen::Ref<const Points>& template_bone_wrap, const Eigen::Ref<const Points>& template_interior,
+Points transfer_interior(const Eigen::Ref<const Points>& template_bone_wrap,
+                         const Eigen::Ref<const Points>& template_interior,
                          const Eigen::Ref<const Tetrahedra>& tetrahedra, const Eigen::Ref<const Points>& bone_wrap)
 {
     const Eigen::MatrixXd displacement = bone_wrap - template_bone_wrap;

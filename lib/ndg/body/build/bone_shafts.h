@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "ndg/body/build/bone_interior.h"
 #include "ndg/body/template.h"
 
 namespace ndg {
@@ -8,11 +9,11 @@ namespace ndg {
 /// A simple anatomy: one closed shaft for each long bone, the spine and the clavicles, along the skeleton, as thick as
 /// anatomy says but never thicker than 80 % of the room inside the bone wrap.
 struct Anatomy {
-    Points vertices;      ///< N_a x 3
+    Points vertices;  ///< N_a x 3
     Triangles triangles;
     std::vector<AnatomyPart> parts;
 };
-/// `bone_wrap`: N_w x 3 vertices of the body whose joints are given.
-Anatomy make_bone_shafts(const Eigen::Ref<const Points>& joint_positions, const Eigen::Ref<const Points>& bone_wrap);
+/// Where the axis leaves the bone wrap (at a cut, for instance) the shaft ends.
+Anatomy make_bone_shafts(const Eigen::Ref<const Points>& joint_positions, const ClosedBoneWrap& bone_wrap);
 
 }  // namespace ndg

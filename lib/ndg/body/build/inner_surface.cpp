@@ -23,7 +23,7 @@ constexpr double share_smoothing = 0.08;
 constexpr int max_repair_steps = 400;
 constexpr double repair_shortening = 0.96;
 constexpr double min_tissue_thickness = 0.003;  ///< m, of both layers together where they have to be repaired
-constexpr double min_bone_weight = 0.15;      ///< a vertex hangs on a bone if its weight is at least this
+constexpr double min_bone_weight = 0.15;        ///< a vertex hangs on a bone if its weight is at least this
 
 struct BoneSegment {
     int owner;  ///< joint whose weights say who hangs on this bone
@@ -39,8 +39,8 @@ std::vector<BoneSegment> bone_segments(const Eigen::Ref<const Points>& joint_pos
         const int a = skeleton.joint(from), b = skeleton.joint(to);
         segments.push_back({a, joint_positions.row(a), joint_positions.row(b)});
     };
-    const std::vector<std::string> trunk = {"pelvis", "spine_1", "spine_2", "spine_3", "spine_4",
-                                            "spine_5", "neck_1", "neck_2", "head"};
+    const std::vector<std::string> trunk = {"pelvis",  "spine_1", "spine_2", "spine_3", "spine_4",
+                                            "spine_5", "neck_1",  "neck_2",  "head"};
     for (std::size_t i = 0; i + 1 < trunk.size(); ++i) add(trunk[i], trunk[i + 1]);
     for (const std::string side : {"left_", "right_"}) {
         add("pelvis", side + "thigh");
@@ -81,7 +81,8 @@ Eigen::RowVector3d closest_on_skeleton(const std::vector<BoneSegment>& segments,
     return best;
 }
 
-/// Averaging neighbours: vertices on the border of a cut average along the border alone, so that it is not pulled inwards.
+/// Averaging neighbours: vertices on the border of a cut average along the border alone, so that it is not pulled
+/// inwards.
 std::vector<std::vector<int>> smoothing_neighbours(const WrapSkin& skin)
 {
     const int count = static_cast<int>(skin.vertices.rows());
@@ -98,7 +99,8 @@ int smoothing_steps(const WrapSkin& skin, double length)
     double total = 0.0;
     for (Eigen::Index t = 0; t < skin.triangles.rows(); ++t)
         for (int k = 0; k < 3; ++k)
-            total += (skin.vertices.row(skin.triangles(t, k)) - skin.vertices.row(skin.triangles(t, (k + 1) % 3))).norm();
+            total +=
+                (skin.vertices.row(skin.triangles(t, k)) - skin.vertices.row(skin.triangles(t, (k + 1) % 3))).norm();
     const double edges = length / (total / (3.0 * static_cast<double>(skin.triangles.rows())));
     return std::max(1, static_cast<int>(std::lround(edges * edges)));
 }
@@ -120,16 +122,15 @@ Matrix neighbour_mean(const Matrix& values, const std::vector<std::vector<int>>&
 const std::map<std::string, double>& soft_tissue_share_by_joint()
 {
     static const std::map<std::string, double> shares = {
-        {"pelvis", 0.42},        {"spine_1", 0.38},       {"spine_2", 0.34},      {"spine_3", 0.30},
-        {"spine_4", 0.28},       {"spine_5", 0.30},       {"neck_1", 0.50},       {"neck_2", 0.50},
-        {"head", 0.50},          {"clavicle", 0.42},      {"upper_arm", 0.64},    {"forearm", 0.55},
-        {"forearm_twist", 0.48}, {"hand", 0.42},          {"thigh", 0.66},        {"shin", 0.56},
-        {"foot", 0.42},          {"toes", 0.40}};
+        {"pelvis", 0.42},    {"spine_1", 0.38}, {"spine_2", 0.34},       {"spine_3", 0.30}, {"spine_4", 0.28},
+        {"spine_5", 0.30},   {"neck_1", 0.50},  {"neck_2", 0.50},        {"head", 0.50},    {"clavicle", 0.42},
+        {"upper_arm", 0.64}, {"forearm", 0.55}, {"forearm_twist", 0.48}, {"hand", 0.42},    {"thigh", 0.66},
+        {"shin", 0.56},      {"foot", 0.42},    {"toes", 0.40}};
     return shares;
 }
 
-/// For each vertex the inward direction that its triangles see best: the smallest angle to any of their inward normals is
-/// as large as a few steps of pushing away from the worst triangle make it. Along it, thin enough layers are valid.
+/// For each vertex the inward direction that its triangles see best: the smallest angle to any of their inward normals
+/// is as large as a few steps of pushing away from the worst triangle make it. Along it, thin enough layers are valid.
 Points visible_directions(const WrapSkin& skin)
 {
     constexpr int steps = 50;
@@ -248,7 +249,8 @@ Wraps valid_wraps(const WrapSkin& skin, const Eigen::Ref<const Points>& intended
         }
     }
     require(worst_jacobian > 0.0,
-            "body {}: no valid layers found: the prisms of skin triangle {} near ({:.3f}, {:.3f}, {:.3f}) have a Jacobian of "
+            "body {}: no valid layers found: the prisms of skin triangle {} near ({:.3f}, {:.3f}, {:.3f}) have a "
+            "Jacobian of "
             "{:.3g} m^3 (smallest scaled Jacobian {:.3g})",
             body_name, worst_triangle, skin.vertices(skin.triangles(worst_triangle, 0), 0),
             skin.vertices(skin.triangles(worst_triangle, 0), 1), skin.vertices(skin.triangles(worst_triangle, 0), 2),

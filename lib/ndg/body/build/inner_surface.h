@@ -11,18 +11,18 @@ namespace ndg {
 
 /// The volumetric skin of one body and what the construction needs to know about it.
 struct WrapSkin {
-    Points vertices;          ///< N_w x 3
-    Triangles triangles;      ///< T_w x 3, outward
-    RowMatrix weights;        ///< N_w x J, dense
-    Points joint_positions;   ///< J x 3
+    Points vertices;         ///< N_w x 3
+    Triangles triangles;     ///< T_w x 3, outward
+    RowMatrix weights;       ///< N_w x J, dense
+    Points joint_positions;  ///< J x 3
 };
 
 /// Every skin vertex projected to the nearest bone it hangs on, the projections smoothed along the surface while they
 /// slide along the skeleton. N_w x 3.
 Points skeleton_projection(const WrapSkin& skin);
 
-/// Share of the way from skin to skeleton that is soft tissue (fat and muscle), for each vertex: large where the bone is
-/// thin against the limb, small at the rib cage. N_w, blended by the skinning weights and smoothed.
+/// Share of the way from skin to skeleton that is soft tissue (fat and muscle), for each vertex: large where the bone
+/// is thin against the limb, small at the rib cage. N_w, blended by the skinning weights and smoothed.
 Eigen::VectorXd soft_tissue_share(const WrapSkin& skin);
 
 /// Inner wraps whose prisms are all valid.

@@ -15,9 +15,9 @@ namespace ndg {
 
 namespace {
 
-constexpr double fat_density = 900.0;           ///< kg/m^3 (Fidanza et al. 1953)
+constexpr double fat_density = 900.0;                         ///< kg/m^3 (Fidanza et al. 1953)
 constexpr double min_fat_share = 0.15, max_fat_share = 0.75;  ///< of the soft tissue at a vertex
-constexpr double min_tissue_share = 0.12;       ///< the bone wrap leaves at least this share of the way to the skeleton
+constexpr double min_tissue_share = 0.12;  ///< the bone wrap leaves at least this share of the way to the skeleton
 constexpr int bisection_steps = 18;
 
 WrapSkin wrap_skin(const Template& body_template, const Points& skin_vertices, const Points& joint_positions,
@@ -62,8 +62,8 @@ Body build_layers(const Template& body_template, const Body& skin, const Person&
                   "body {}: a skin vertex or joint position is not finite", skin.name);
     const int num_wrap = body_template.num_wrap_vertices();
     const RowMatrix dense_weights = dense_wrap_weights(body_template);
-    const WrapSkin template_skin = wrap_skin(body_template, body_template.rest.skin_vertices,
-                                             body_template.rest.joint_positions, dense_weights);
+    const WrapSkin template_skin =
+        wrap_skin(body_template, body_template.rest.skin_vertices, body_template.rest.joint_positions, dense_weights);
     const WrapSkin body_skin = wrap_skin(body_template, skin.skin_vertices, skin.joint_positions, dense_weights);
 
     LayerReport result;
@@ -81,15 +81,16 @@ Body build_layers(const Template& body_template, const Body& skin, const Person&
         const Eigen::RowVector3d to_skin = body_skin.vertices.row(w) - projection.row(w);
         const double template_distance = (template_skin.vertices.row(w) - template_projection.row(w)).norm();
         const double template_radius = (template_bone.row(w) - template_projection.row(w)).norm();
-        const double radius = std::min(scale * std::min(template_radius, template_distance),
-                                       (1.0 - min_tissue_share) * to_skin.norm());
+        const double radius =
+            std::min(scale * std::min(template_radius, template_distance), (1.0 - min_tissue_share) * to_skin.norm());
         intended.row(w) = projection.row(w) + radius * to_skin.normalized();
     }
 
     // Muscle wrap: one share of the soft tissue, found by bisection on the volume of the fat layer.
     const Prisms fat_prisms = body_template.prisms.bottomRows(body_template.num_prisms() / 2);
     const auto place = [&](double share) {
-        return valid_wraps(body_skin, intended, Eigen::VectorXd::Constant(num_wrap, share), min_scaled_jacobian, skin.name);
+        return valid_wraps(body_skin, intended, Eigen::VectorXd::Constant(num_wrap, share), min_scaled_jacobian,
+                           skin.name);
     };
     Wraps wraps;
     Body body = skin;

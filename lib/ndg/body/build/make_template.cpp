@@ -100,7 +100,8 @@ Template make_template(const ParametricSurface& surface, const Eigen::Ref<const 
     Eigen::VectorXd skin_field(result.source_vertices.rows());
     for (Eigen::Index v = 0; v < skin_field.size(); ++v) {
         skin_field[v] = 0.0;
-        for (int k = 0; k < 3; ++k) skin_field[v] += result.source_barycentric(v, k) * field[result.source_vertices(v, k)];
+        for (int k = 0; k < 3; ++k)
+            skin_field[v] += result.source_barycentric(v, k) * field[result.source_vertices(v, k)];
     }
     select_wrap(volumetric_labels(result.skin_triangles, skin_field), result);
     const int num_wrap = result.num_wrap_vertices();
@@ -133,7 +134,7 @@ Template make_template(const ParametricSurface& surface, const Eigen::Ref<const 
     result.interior_weights = sparsify_weights(interior.weights);
     log_info("bone interior: {} tetrahedra, {} interior vertices", result.tetrahedra.rows(), interior.vertices.rows());
 
-    Anatomy anatomy = make_bone_shafts(surface.joint_positions, wraps.bone);
+    Anatomy anatomy = make_bone_shafts(surface.joint_positions, close_bone_wrap(wraps.bone, result.wrap_triangles));
     result.anatomy_vertices = anatomy.vertices;
     result.anatomy_triangles = anatomy.triangles;
     result.anatomy_parts = anatomy.parts;

@@ -35,7 +35,10 @@ void MakeHumanParameters::check() const
     in_range("proportions", proportions, 0.0);
 }
 
-double makehuman_age_years(double age) { return 25.0 + (age - 0.5) * 130.0; }
+double makehuman_age_years(double age)
+{
+    return 25.0 + (age - 0.5) * 130.0;
+}
 
 namespace {
 
@@ -120,7 +123,8 @@ MakeHuman::MakeHuman(const std::string& folder) : state_(std::make_unique<State>
         if (group.rfind("joint-", 0) == 0)
             for (int k = 0; k < 3; ++k) cubes[group].insert(mesh.triangles(t, k));
     }
-    require_input(!body_rows.empty(), "{}: has no faces in a group named 'body'; is this MakeHuman's base mesh?", mesh_path);
+    require_input(!body_rows.empty(), "{}: has no faces in a group named 'body'; is this MakeHuman's base mesh?",
+                  mesh_path);
     state_->triangles.resize(static_cast<Eigen::Index>(body_rows.size()), 3);
     for (std::size_t i = 0; i < body_rows.size(); ++i) state_->triangles.row(i) = mesh.triangles.row(body_rows[i]);
     require_input(state_->triangles.maxCoeff() + 1 == num_body_vertices && mesh.vertices.rows() >= num_body_vertices,
@@ -135,8 +139,14 @@ MakeHuman::MakeHuman(const std::string& folder) : state_(std::make_unique<State>
 
 MakeHuman::~MakeHuman() = default;
 
-const Triangles& MakeHuman::triangles() const { return state_->triangles; }
-const RowMatrix& MakeHuman::weights() const { return state_->weights; }
+const Triangles& MakeHuman::triangles() const
+{
+    return state_->triangles;
+}
+const RowMatrix& MakeHuman::weights() const
+{
+    return state_->weights;
+}
 
 ParametricSurface MakeHuman::evaluate(const MakeHumanParameters& parameters) const
 {

@@ -12,8 +12,8 @@ namespace ndg {
 
 /// MakeHuman's macro sliders, each 0..1; 0.5 is the middle.
 struct MakeHumanParameters {
-    double sex = 0.5;          ///< 0 female, 1 male
-    double age = 0.5;          ///< 0.5 is 25 years, 1 is 90 years; below 0.5 (children) is not offered
+    double sex = 0.5;  ///< 0 female, 1 male
+    double age = 0.5;  ///< 0.5 is 25 years, 1 is 90 years; below 0.5 (children) is not offered
     double weight = 0.5;
     double muscle = 0.5;
     double height = 0.5;

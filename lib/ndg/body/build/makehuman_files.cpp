@@ -40,10 +40,10 @@ MakeHumanTarget read_makehuman_target(const std::string& path, int num_vertices)
         int vertex = -1;
         Eigen::RowVector3d offset;
         fields >> vertex >> offset.x() >> offset.y() >> offset.z();
-        require_input(!fields.fail() && offset.allFinite(), "{}: line {}: '{}' is not 'vertex dx dy dz'", path, line_number,
-                      line);
-        require_input(vertex >= 0 && vertex < num_vertices, "{}: line {}: vertex {} is outside 0..{}", path, line_number,
-                      vertex, num_vertices - 1);
+        require_input(!fields.fail() && offset.allFinite(), "{}: line {}: '{}' is not 'vertex dx dy dz'", path,
+                      line_number, line);
+        require_input(vertex >= 0 && vertex < num_vertices, "{}: line {}: vertex {} is outside 0..{}", path,
+                      line_number, vertex, num_vertices - 1);
         target.vertices.push_back(vertex);
         offsets.push_back(offset);
     }

@@ -23,13 +23,14 @@ constexpr int weight_smoothing_steps = 4;
 /// Our joint -> MakeHuman's cube, for the joints that have one.
 std::map<std::string, std::string> cube_of_joint()
 {
-    std::map<std::string, std::string> cubes = {
-        {"pelvis", "joint-pelvis"},   {"spine_1", "joint-spine-4"}, {"spine_2", "joint-spine-3"},
-        {"spine_3", "joint-spine-2"}, {"spine_5", "joint-spine-1"}, {"neck_1", "joint-neck"},
-        {"head", "joint-head"},       {"jaw", "joint-mouth"},       {"left_eye", "joint-l-eye"},
-        {"right_eye", "joint-r-eye"}};
+    std::map<std::string, std::string> cubes = {{"pelvis", "joint-pelvis"},   {"spine_1", "joint-spine-4"},
+                                                {"spine_2", "joint-spine-3"}, {"spine_3", "joint-spine-2"},
+                                                {"spine_5", "joint-spine-1"}, {"neck_1", "joint-neck"},
+                                                {"head", "joint-head"},       {"jaw", "joint-mouth"},
+                                                {"left_eye", "joint-l-eye"},  {"right_eye", "joint-r-eye"}};
     for (int s = 0; s < 2; ++s) {
-        const std::string ours = std::string(side_names[s]) + "_", theirs = std::string("joint-") + side_letters[s] + "-";
+        const std::string ours = std::string(side_names[s]) + "_",
+                          theirs = std::string("joint-") + side_letters[s] + "-";
         cubes[ours + "clavicle"] = theirs + "clavicle";
         cubes[ours + "upper_arm"] = theirs + "shoulder";
         cubes[ours + "forearm"] = theirs + "elbow";
@@ -112,7 +113,8 @@ Points makehuman_joint_positions(const Eigen::Ref<const Points>& all_vertices,
     Points positions = Points::Zero(skeleton.num_joints(), 3);
     for (const auto& [joint, cube] : cube_of_joint()) {
         const auto found = joint_cubes.find(cube);
-        require_input(found != joint_cubes.end(), "MakeHuman's base mesh has no group '{}', needed for joint {}", cube, joint);
+        require_input(found != joint_cubes.end(), "MakeHuman's base mesh has no group '{}', needed for joint {}", cube,
+                      joint);
         for (const int vertex : found->second) positions.row(skeleton.joint(joint)) += all_vertices.row(vertex);
         positions.row(skeleton.joint(joint)) /= static_cast<double>(found->second.size());
     }
@@ -128,7 +130,8 @@ Points makehuman_joint_positions(const Eigen::Ref<const Points>& all_vertices,
 }
 
 RowMatrix makehuman_weights(const std::string& path, const Eigen::Ref<const Points>& vertices,
-                            const Eigen::Ref<const Triangles>& triangles, const Eigen::Ref<const Points>& joint_positions)
+                            const Eigen::Ref<const Triangles>& triangles,
+                            const Eigen::Ref<const Points>& joint_positions)
 {
     const Skeleton& skeleton = standard_skeleton();
     std::ifstream file(path);
@@ -139,8 +142,8 @@ RowMatrix makehuman_weights(const std::string& path, const Eigen::Ref<const Poin
     } catch (const nlohmann::json::exception& error) {
         throw InputError(fmt::format("{}: not valid JSON: {}", path, error.what()));
     }
-    require_input(json.is_object() && json.contains("weights") && json["weights"].is_object(), "{}: has no object 'weights'",
-                  path);
+    require_input(json.is_object() && json.contains("weights") && json["weights"].is_object(),
+                  "{}: has no object 'weights'", path);
     const auto chains = chain_of_bone();
     RowMatrix weights = RowMatrix::Zero(vertices.rows(), skeleton.num_joints());
     for (const auto& [bone, entries] : json["weights"].items()) {

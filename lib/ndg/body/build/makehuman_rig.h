@@ -20,6 +20,7 @@ Points makehuman_joint_positions(const Eigen::Ref<const Points>& all_vertices,
 /// forearm are divided over our finer chains; a few steps of smoothing along the surface take out the steps of the
 /// game weights. Throws InputError naming file, bone and value.
 RowMatrix makehuman_weights(const std::string& path, const Eigen::Ref<const Points>& vertices,
-                            const Eigen::Ref<const Triangles>& triangles, const Eigen::Ref<const Points>& joint_positions);
+                            const Eigen::Ref<const Triangles>& triangles,
+                            const Eigen::Ref<const Points>& joint_positions);
 
 }  // namespace ndg

@@ -23,7 +23,9 @@ struct CuttingPlane {
 std::vector<CuttingPlane> cutting_planes(const Eigen::Ref<const Points>& joint_positions)
 {
     const Skeleton& skeleton = standard_skeleton();
-    const auto at = [&](const std::string& name) -> Eigen::RowVector3d { return joint_positions.row(skeleton.joint(name)); };
+    const auto at = [&](const std::string& name) -> Eigen::RowVector3d {
+        return joint_positions.row(skeleton.joint(name));
+    };
     const auto joints_from = [&](const std::vector<std::string>& names) {
         std::vector<int> joints;
         for (const auto& name : names) joints.push_back(skeleton.joint(name));
@@ -86,7 +88,7 @@ CutSurface cut_along_zero(const Eigen::Ref<const Points>& vertices, const Eigen:
     for (Eigen::Index t = 0; t < triangles.rows(); ++t) {
         std::array<int, 3> v = {triangles(t, 0), triangles(t, 1), triangles(t, 2)};
         std::array<int, 3> s = {side(v[0]), side(v[1]), side(v[2])};
-        const bool negative = s[0] < 0 || s[1] < 0 || s[2] < 0, positive = s[0] > 0 || s[1] > 0 || s[2] > 0;
+        const bool negative = s[0] < 0 || s[1] < 0 || s[2]<0, positive = s[0]> 0 || s[1] > 0 || s[2] > 0;
         if (!negative || !positive) {
             // A triangle lying in the line as a whole goes to the volumetric side.
             add(v[0], v[1], v[2], positive ? 1 : -1);

@@ -16,7 +16,7 @@ Eigen::VectorXd region_field(const Eigen::Ref<const Points>& vertices, const Eig
 
 /// The surface with triangles split along the zero line of a vertex field, so that every triangle lies on one side.
 struct CutSurface {
-    Points vertices;                   ///< input vertices first
+    Points vertices;  ///< input vertices first
     Triangles triangles;
     std::vector<int> triangle_labels;  ///< 1 where the field is negative, 0 where positive
 };
