@@ -11,6 +11,7 @@
 
 #include <ctime>
 #include <functional>
+#include <numeric>
 
 using namespace ndg;
 
@@ -76,7 +77,7 @@ int main(int argc, char** argv)
         set_num_threads(1);
         const Case bench = read_case(template_path, bodies_path, poses_path, samples, rings);
         Simulator simulator(bench.body_template, options);
-        std::vector<double> seconds, iterations;
+        std::vector<double> seconds, iterations, factorizations;
         int converged = 0, stepped = 0;
         double inverted = 0;
         Points last;
@@ -87,13 +88,16 @@ int main(int argc, char** argv)
                 result = simulator.simulate(bench.poses[static_cast<std::size_t>(i)]);
             }));
             iterations.push_back(result.newton.iterations);
+            factorizations.push_back(result.newton.factorizations);
             converged += result.newton.converged();
             stepped += result.load_steps > 0;
             inverted += result.inverted_prisms;
             last = result.vertices;
-            fmt::print(stderr, "sample {:3d}: {:.2f} s, {:2d} iterations, {}, |g| {:.1e} N, relative {:.1e}\n", i,
-                       seconds.back(), result.newton.iterations, describe(result.newton.stop),
-                       result.newton.residual_newton, result.newton.residual_relative);
+            fmt::print(
+                stderr,
+                "sample {:3d}: {:.2f} s, {:2d} iterations, {:2d} factorizations, {}, |g| {:.1e} N, relative {:.1e}\n",
+                i, seconds.back(), result.newton.iterations, result.newton.factorizations, describe(result.newton.stop),
+                result.newton.residual_newton, result.newton.residual_relative);
         }
 
         const ElasticModel& model = simulator.model();
@@ -107,6 +111,8 @@ int main(int argc, char** argv)
         report.add("core_seconds_median", bench::quantile(seconds, 0.5));
         report.add("core_seconds_p95", bench::quantile(seconds, 0.95));
         report.add("iterations_median", bench::quantile(iterations, 0.5));
+        report.add("factorizations_median", bench::quantile(factorizations, 0.5));
+        report.add("core_seconds_mean", std::accumulate(seconds.begin(), seconds.end(), 0.0) / samples);
         report.add("iterations_max", bench::quantile(iterations, 1.0));
         report.add("converged_share", static_cast<double>(converged) / samples);
         report.add("load_stepped_share", static_cast<double>(stepped) / samples);

@@ -51,11 +51,17 @@ NewtonSolver::NewtonSolver(const ElasticModel& model)
     cholesky_.analyze(hessian_);
 }
 
+bool NewtonSolver::factorize()
+{
+    ++factorizations_;
+    return cholesky_.factorize(hessian_);
+}
+
 bool NewtonSolver::factorize_exact(const Points& vertices)
 {
     model_.hessian(vertices, false, hessian_);
     if (projected_share_ == 0) {
-        if (cholesky_.factorize(hessian_)) return true;
+        if (factorize()) return true;
         projected_share_ = smallest_share;
     }
     const auto num_values = hessian_.nonZeros();
@@ -76,7 +82,7 @@ bool NewtonSolver::find_direction(const Points& vertices, bool try_exact)
         Eigen::Map<Eigen::VectorXd> values(hessian_.valuePtr(), hessian_.nonZeros());
         while (!factored && projected_share_ < 1) {
             values = exact_values_ + projected_share_ * (projected_values_ - exact_values_);
-            factored = cholesky_.factorize(hessian_);
+            factored = factorize();
             if (!factored) projected_share_ *= share_growth;
         }
         if (!factored) values = projected_values_;
@@ -87,7 +93,7 @@ bool NewtonSolver::find_direction(const Points& vertices, bool try_exact)
     double shift = 0;
     for (int attempt = 0; attempt < max_projected_attempts && !factored; ++attempt) {
         hessian_.diagonal() += shift * hessian_.diagonal();
-        factored = cholesky_.factorize(hessian_);
+        factored = factorize();
         shift = std::max(10 * shift, 1e-10);
     }
     projected_share_ = projected_share_ > smallest_share ? projected_share_ / share_growth : 0;
@@ -126,6 +132,7 @@ double NewtonSolver::search(const Points& vertices, double energy)
 NewtonResult NewtonSolver::minimise(Points& vertices, const NewtonOptions& options)
 {
     projected_share_ = 0;
+    factorizations_ = 0;
     NewtonResult result;
     result.energy_joule = model_.energy(vertices);
     result.energies.push_back(result.energy_joule);
@@ -148,6 +155,7 @@ NewtonResult NewtonSolver::minimise(Points& vertices, const NewtonOptions& optio
         result.stop = NewtonStop::no_descent;
         if (!find_direction(vertices, result.residual_relative < exact_below_relative)) return result;
         ++result.iterations;
+        result.factorizations = factorizations_;
 
         const double step = search(vertices, result.energy_joule);
         const bool accepted = step > 0;

@@ -32,6 +32,7 @@ struct NewtonResult {
     double residual_newton = 0;    ///< |g|, Euclidean norm over the free degrees of freedom
     double residual_relative = 0;  ///< |g| / |f|
     int iterations = 0;            ///< linear systems solved
+    int factorizations = 0;        ///< tried for them, indefinite ones included
     std::vector<double> energies;  ///< at the start and after every iteration
 
     bool converged() const { return stop == NewtonStop::converged; }
@@ -50,6 +51,7 @@ public:
 private:
     /// Direction for the current gradient; false when no positive definite matrix was found.
     bool find_direction(const Points& vertices, bool try_exact);
+    bool factorize();
     /// Factors the exact Hessian at `vertices`; false where it is not definite, and then both the exact and the
     /// projected values are kept.
     bool factorize_exact(const Points& vertices);
@@ -63,6 +65,7 @@ private:
     double projected_share_ = 0;  ///< how far from the exact to the projected Hessian the last definite matrix lay
     bool stiffened_ = false;      ///< the factored matrix is not the exact Hessian
     double trial_energy_ = 0;
+    int factorizations_ = 0;
     Points trial_;
 };
 

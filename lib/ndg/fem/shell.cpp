@@ -250,7 +250,23 @@ Matrix12 bend_hessian(const Hinge& hinge, const HingeRest& rest)
 
 Matrix12 bend_projected_hessian(const Hinge& hinge, const HingeRest& rest)
 {
-    return clamp_eigenvalues<12>(bend_hessian(hinge, rest));
+    // Translations cost nothing, so the eigenproblem is solved in an orthonormal basis of what is left, 9 of 12
+    // dimensions: less than half the work.
+    static const Eigen::Matrix<double, 12, 9> basis = [] {
+        Eigen::Matrix<double, 4, 3> helmert;
+        helmert << 1, 1, 1, -1, 1, 1, 0, -2, 1, 0, 0, -3;
+        helmert.colwise().normalize();
+        Eigen::Matrix<double, 12, 9> result = Eigen::Matrix<double, 12, 9>::Zero();
+        for (int a = 0; a < 4; ++a) {
+            for (int b = 0; b < 3; ++b) result.block<3, 3>(3 * a, 3 * b).diagonal().setConstant(helmert(a, b));
+        }
+        return result;
+    }();
+    const Matrix12 hessian = bend_hessian(hinge, rest);
+    const Eigen::Matrix<double, 12, 9> half = hessian.lazyProduct(basis);
+    const Eigen::Matrix<double, 9, 9> reduced = clamp_eigenvalues<9>(basis.transpose().lazyProduct(half));
+    const Eigen::Matrix<double, 12, 9> back = basis.lazyProduct(reduced);
+    return back.lazyProduct(basis.transpose());
 }
 
 }  // namespace ndg

@@ -58,7 +58,7 @@ NewtonResult Simulator::solve_in_steps(const Pose& pose, Points& vertices)
     loose.relative_tolerance = std::max(loose.relative_tolerance, step_relative_tolerance);
     std::vector<Eigen::Matrix3d> previous_rotations = poser_.prism_rotations(
         poser_.world_from_rest(*body_, Pose::rest(static_cast<int>(pose.parent_from_joint.size()))));
-    int iterations = 0;
+    int iterations = 0, factorizations = 0;
     for (int step = 1; step <= options_.load_steps; ++step) {
         const Pose scaled = step == options_.load_steps ? pose : scale_pose(pose, double(step) / options_.load_steps);
         const auto world_from_rest = poser_.world_from_rest(*body_, scaled);
@@ -70,8 +70,10 @@ NewtonResult Simulator::solve_in_steps(const Pose& pose, Points& vertices)
                                         poser_.bone_wrap(*body_, world_from_rest));
         result = newton_.minimise(vertices, step == options_.load_steps ? options_.newton : loose);
         iterations += result.iterations;
+        factorizations += result.factorizations;
     }
     result.iterations = iterations;
+    result.factorizations = factorizations;
     return result;
 }
 
@@ -86,12 +88,14 @@ SimulationResult Simulator::simulate(const Pose& pose)
         Points stepped;
         NewtonResult second = solve_in_steps(pose, stepped);
         second.iterations += result.newton.iterations;
+        second.factorizations += result.newton.factorizations;
         result.load_steps = options_.load_steps;
         if (second.converged() || second.residual_relative < result.newton.residual_relative) {
             result.vertices = std::move(stepped);
             result.newton = std::move(second);
         } else {
             result.newton.iterations = second.iterations;
+            result.newton.factorizations = second.factorizations;
         }
     }
     result.inverted_prisms = static_cast<int>((prism_volumes(result.vertices, model_.prisms()).array() < 0).count());
