@@ -8,7 +8,8 @@
 int main(int argc, char** argv)
 {
     using namespace ndg;
-    Tool tool("build-layers", "Builds the layers of every skin: bone wrap, muscle wrap, bone interior, all prisms valid.",
+    Tool tool("build-layers",
+              "Builds the layers of every skin: bone wrap, muscle wrap, bone interior, all prisms valid.",
               "build-layers --template template.h5 --skins skins.h5 --output bodies.h5");
     std::string template_path, skins_path, output;
     double min_scaled_jacobian = 0.08;

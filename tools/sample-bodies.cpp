@@ -8,7 +8,8 @@
 int main(int argc, char** argv)
 {
     using namespace ndg;
-    Tool tool("sample-bodies", "Draws adults from MakeHuman's parameters and writes their skins in the template's tessellation.",
+    Tool tool("sample-bodies",
+              "Draws adults from MakeHuman's parameters and writes their skins in the template's tessellation.",
               "sample-bodies --template template.h5 --makehuman DATA/makehuman --count 24 --output skins.h5");
     std::string template_path, makehuman, output;
     int count = 24;
@@ -28,12 +29,14 @@ int main(int argc, char** argv)
             const MakeHumanParameters p = sample_parameters(tool.seed(), b, options);
             skins.bodies.push_back(skin_on_template(body_template, source.evaluate(p), fmt::format("body_{:04d}", b)));
             const Points& skin = skins.bodies.back().skin_vertices;
-            const double height = stature(skin), mass = body_density * enclosed_volume(skin, body_template.skin_triangles);
+            const double height = stature(skin),
+                         mass = body_density * enclosed_volume(skin, body_template.skin_triangles);
             skins.parameters.row(b) << p.sex, makehuman_age_years(p.age), height, mass, mass / (height * height);
         }
         write_skins(output, skins, tool.provenance(makehuman_licence));
-        fmt::print("skins: {} bodies, stature {:.2f} to {:.2f} m, mass {:.0f} to {:.0f} kg, BMI {:.1f} to {:.1f}\n", count,
-                   skins.parameters.col(2).minCoeff(), skins.parameters.col(2).maxCoeff(), skins.parameters.col(3).minCoeff(),
-                   skins.parameters.col(3).maxCoeff(), skins.parameters.col(4).minCoeff(), skins.parameters.col(4).maxCoeff());
+        fmt::print("skins: {} bodies, stature {:.2f} to {:.2f} m, mass {:.0f} to {:.0f} kg, BMI {:.1f} to {:.1f}\n",
+                   count, skins.parameters.col(2).minCoeff(), skins.parameters.col(2).maxCoeff(),
+                   skins.parameters.col(3).minCoeff(), skins.parameters.col(3).maxCoeff(),
+                   skins.parameters.col(4).minCoeff(), skins.parameters.col(4).maxCoeff());
     });
 }

@@ -16,7 +16,10 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-void write_text(const std::string& path, const std::string& text) { std::ofstream(path, std::ios::binary) << text; }
+void write_text(const std::string& path, const std::string& text)
+{
+    std::ofstream(path, std::ios::binary) << text;
+}
 
 std::string read_text(const std::string& path)
 {
@@ -51,9 +54,9 @@ TEST_CASE("a truncated HDF5 file is refused by name", "[pipeline]")
     write_template(folder.file("template.h5"), tube_template(), {});
     const std::string whole = read_text(folder.file("template.h5"));
     write_text(folder.file("cut.h5"), whole.substr(0, whole.size() / 2));
-    const std::string text = refused(tool_path("fit-shape-space") + " --template " + folder.file("cut.h5") + " --bodies " +
-                                     folder.file("cut.h5") + " --splits " + folder.file("cut.h5") + " --output " +
-                                     folder.file("out.h5"));
+    const std::string text =
+        refused(tool_path("fit-shape-space") + " --template " + folder.file("cut.h5") + " --bodies " +
+                folder.file("cut.h5") + " --splits " + folder.file("cut.h5") + " --output " + folder.file("out.h5"));
     CHECK_THAT(text, Contains("cut.h5"));
     CHECK(files_in(folder.path()) == 2);
 }
@@ -63,8 +66,8 @@ TEST_CASE("a misspelt configuration key is refused with the nearest known one", 
     const TemporaryFolder folder;
     write_text(folder.file("config.json"), R"({"make-template": {"target_edge_lenght": 0.03}})");
     std::filesystem::create_directory(folder.file("makehuman"));
-    const std::string text = refused(tool_path("make-template") + " --config " + folder.file("config.json") + " --makehuman " +
-                                     folder.file("makehuman") + " --output " + folder.file("out.h5"));
+    const std::string text = refused(tool_path("make-template") + " --config " + folder.file("config.json") +
+                                     " --makehuman " + folder.file("makehuman") + " --output " + folder.file("out.h5"));
     CHECK_THAT(text, Contains("target_edge_lenght") && Contains("target_edge_length"));
     CHECK(!std::filesystem::exists(folder.file("out.h5")));
 }
@@ -83,10 +86,9 @@ TEST_CASE("a BVH frame with too few channel values is refused with frame and cou
     write_template(folder.file("template.h5"), tube_template(), {});
     write_text(folder.file("short.bvh"),
                std::string(bvh_head) + "MOTION\nFrames: 2\nFrame Time: 0.01\n0 0 0 0 0 0 0 0 0\n0 0 0 0 0 0 0\n");
-    const std::string text =
-        refused(tool_path("import-motion") + " --template " + folder.file("template.h5") + " --joint-maps " +
-                std::string(NDG_TEST_SOURCE) + "/configs/joint-maps --motion " + folder.file("short.bvh") + " --output " +
-                folder.file("poses.h5"));
+    const std::string text = refused(tool_path("import-motion") + " --template " + folder.file("template.h5") +
+                                     " --joint-maps " + std::string(NDG_TEST_SOURCE) + "/configs/joint-maps --motion " +
+                                     folder.file("short.bvh") + " --output " + folder.file("poses.h5"));
     CHECK_THAT(text, Contains("short.bvh") && Contains("7") && Contains("9"));
     CHECK(!std::filesystem::exists(folder.file("poses.h5")));
 }

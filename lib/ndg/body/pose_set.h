@@ -12,10 +12,10 @@ namespace ndg {
 /// Poses on the standard skeleton, and the clip and frame each came from.
 struct PoseSet {
     std::vector<Pose> poses;
-    std::vector<int> clip_idx;               ///< per pose, into clip_names
-    std::vector<int> frame_idx;              ///< per pose, frame of the clip's file
+    std::vector<int> clip_idx;   ///< per pose, into clip_names
+    std::vector<int> frame_idx;  ///< per pose, frame of the clip's file
     std::vector<std::string> clip_names;
-    std::vector<double> clip_frame_rates;    ///< Hz
+    std::vector<double> clip_frame_rates;  ///< Hz
     /// Covering radius after each pick (radians summed over joints); empty unless written by sample-poses.
     std::vector<double> covering_radius;
 

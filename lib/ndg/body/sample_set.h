@@ -31,9 +31,9 @@ Splits read_splits(const std::string& path, int num_bodies = -1, int num_poses =
 
 /// Deformed volume vertices of samples, float32 as stored. The same file format serves FEM samples and predictions.
 struct DeformationSet {
-    std::string method;                        ///< "FEM", "NDG", "Gradient Skinning", "LBS"
+    std::string method;  ///< "FEM", "NDG", "Gradient Skinning", "LBS"
     std::vector<SamplePair> pairs;
-    std::vector<std::string> pair_splits;      ///< split name of each sample
+    std::vector<std::string> pair_splits;  ///< split name of each sample
     int num_volume_vertices = 0;
     std::vector<std::vector<float>> vertices;  ///< per sample N_v * 3, row-major
     /// Per-sample figures, e.g. energy_joule, residual_newton, residual_relative, iterations, converged,

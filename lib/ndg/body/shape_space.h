@@ -11,10 +11,10 @@
 namespace ndg {
 
 struct ShapeSpace {
-    Eigen::VectorXd mean;            ///< 3 N_v, row-major flattening of N_v x 3
-    Eigen::MatrixXd components;      ///< 3 N_v x d, orthonormal columns
+    Eigen::VectorXd mean;                 ///< 3 N_v, row-major flattening of N_v x 3
+    Eigen::MatrixXd components;           ///< 3 N_v x d, orthonormal columns
     Eigen::VectorXd standard_deviations;  ///< d, of the training codes
-    double explained_variance = 0;   ///< share kept by the d components
+    double explained_variance = 0;        ///< share kept by the d components
 
     int dimension() const { return static_cast<int>(components.cols()); }
     Eigen::VectorXd encode(const Eigen::Ref<const Points>& volume_vertices) const;

@@ -27,15 +27,15 @@ constexpr int num_standard_joints = 60;
 
 /// A pose: local rotations (from joint frame to parent frame; the root's to world) and where the root goes.
 struct Pose {
-    std::vector<Eigen::Matrix3d> parent_from_joint;                ///< J rotations, identity at rest
-    Eigen::Vector3d root_translation = Eigen::Vector3d::Zero();    ///< world displacement of the root joint, m
+    std::vector<Eigen::Matrix3d> parent_from_joint;              ///< J rotations, identity at rest
+    Eigen::Vector3d root_translation = Eigen::Vector3d::Zero();  ///< world displacement of the root joint, m
 
     static Pose rest(int num_joints);
 };
 
 /// Rigid motion of each joint's surroundings from rest to posed world: x_posed = world_from_rest[j] * x_rest.
 /// `joint_positions`: J x 3 rest positions of the body.
-std::vector<Eigen::Isometry3d> forward_kinematics(const Skeleton& skeleton, const Eigen::Ref<const Points>& joint_positions,
-                                                  const Pose& pose);
+std::vector<Eigen::Isometry3d> forward_kinematics(const Skeleton& skeleton,
+                                                  const Eigen::Ref<const Points>& joint_positions, const Pose& pose);
 
 }  // namespace ndg

@@ -16,8 +16,9 @@ namespace ndg {
 /// One body: rest positions in the template's numbering.
 struct Body {
     std::string name;
-    Points skin_vertices;      ///< N_s x 3, the whole closed skin with head, hands and toes
-    Points volume_vertices;    ///< N_v x 3 = [bone wrap; muscle wrap; volumetric skin], N_w rows each (X-bar of the paper)
+    Points skin_vertices;  ///< N_s x 3, the whole closed skin with head, hands and toes
+    Points
+        volume_vertices;  ///< N_v x 3 = [bone wrap; muscle wrap; volumetric skin], N_w rows each (X-bar of the paper)
     Points interior_vertices;  ///< N_i x 3, vertices inside the bone wrap (TetGen's and the caps')
     Points joint_positions;    ///< J x 3
 };
@@ -31,23 +32,23 @@ struct AnatomyPart {
 
 struct Template {
     Skeleton skeleton;
-    Triangles skin_triangles;       ///< whole skin, indices into skin_vertices
-    SkinningWeights skin_weights;   ///< N_s rows
-    std::vector<int> wrap_to_skin;  ///< N_w: skin vertex of each wrap vertex
-    Triangles wrap_triangles;       ///< T_w x 3, indices into one wrap, 0..N_w-1 (the volumetric region)
-    Prisms prisms;                  ///< N_p = 2 T_w rows into volume vertices: muscle layer first, then fat layer
-    Tetrahedra tetrahedra;          ///< indices < N_w: bone wrap vertex; otherwise N_w + interior vertex
+    Triangles skin_triangles;          ///< whole skin, indices into skin_vertices
+    SkinningWeights skin_weights;      ///< N_s rows
+    std::vector<int> wrap_to_skin;     ///< N_w: skin vertex of each wrap vertex
+    Triangles wrap_triangles;          ///< T_w x 3, indices into one wrap, 0..N_w-1 (the volumetric region)
+    Prisms prisms;                     ///< N_p = 2 T_w rows into volume vertices: muscle layer first, then fat layer
+    Tetrahedra tetrahedra;             ///< indices < N_w: bone wrap vertex; otherwise N_w + interior vertex
     SkinningWeights interior_weights;  ///< N_i rows
     Triangles anatomy_triangles;
     std::vector<AnatomyPart> anatomy_parts;
-    Embedding embedding;            ///< of the anatomy vertices
-    Points anatomy_vertices;        ///< N_a x 3, of the template body
-    Body rest;                      ///< the template body itself
+    Embedding embedding;      ///< of the anatomy vertices
+    Points anatomy_vertices;  ///< N_a x 3, of the template body
+    Body rest;                ///< the template body itself
 
     /// Where skin vertices come from, so that a parametric source can pose as this tessellation: barycentric points on
     /// the source's base mesh. Empty for a template that has none.
-    RowMatrixI source_vertices;     ///< N_s x 3 base-mesh vertices
-    RowMatrix source_barycentric;   ///< N_s x 3
+    RowMatrixI source_vertices;    ///< N_s x 3 base-mesh vertices
+    RowMatrix source_barycentric;  ///< N_s x 3
 
     /// SHA-256 of the file this template was read from; empty for one made in memory.
     std::string file_sha256;
@@ -88,9 +89,9 @@ BodySet read_skins(const std::string& path, const Template& body_template);
 
 /// Smallest prism_min_jacobian over all prisms of a body, and which prism it is.
 struct PrismCheck {
-    int num_invalid = 0;        ///< prisms with a Jacobian <= 0 at a corner or quadrature point
+    int num_invalid = 0;  ///< prisms with a Jacobian <= 0 at a corner or quadrature point
     int worst_prism_idx = -1;
-    double min_jacobian = 0;    ///< m^3
+    double min_jacobian = 0;  ///< m^3
     double min_scaled_jacobian = 0;
 };
 PrismCheck check_prisms(const Eigen::Ref<const Points>& volume_vertices, const Eigen::Ref<const Prisms>& prisms);

@@ -8,7 +8,7 @@
 namespace ndg {
 
 struct TetrahedralMesh {
-    Points vertices;      ///< the input vertices first, in their order, then the interior vertices TetGen added
+    Points vertices;        ///< the input vertices first, in their order, then the interior vertices TetGen added
     Tetrahedra tetrahedra;  ///< positive volume
 };
 

@@ -20,9 +20,9 @@ Eigen::VectorXd triangle_areas(const Eigen::Ref<const Points>& vertices, const E
 /// Signed volume enclosed by a closed, consistently oriented mesh; positive when normals point outwards.
 double enclosed_volume(const Eigen::Ref<const Points>& vertices, const Eigen::Ref<const Triangles>& triangles);
 
-/// Every undirected edge once: (v0, v1, left triangle, right triangle or -1, opposite vertex left, opposite right or -1).
-/// The left triangle contains the directed edge v0 -> v1. Order is deterministic. Throws Error for an edge with more
-/// than two triangles or with two triangles of opposite orientation.
+/// Every undirected edge once: (v0, v1, left triangle, right triangle or -1, opposite vertex left, opposite right or
+/// -1). The left triangle contains the directed edge v0 -> v1. Order is deterministic. Throws Error for an edge with
+/// more than two triangles or with two triangles of opposite orientation.
 struct MeshEdge {
     int v0, v1, left_triangle, right_triangle, left_vertex, right_vertex;
 };
@@ -40,7 +40,8 @@ Eigen::SparseMatrix<double> cotangent_laplacian(const Eigen::Ref<const Points>& 
 Eigen::VectorXd vertex_areas(const Eigen::Ref<const Points>& vertices, const Eigen::Ref<const Triangles>& triangles);
 
 /// What is wrong with a surface as a body skin; empty when it is closed, edge-manifold, vertex-manifold and outward.
-std::string closed_surface_defect(const Eigen::Ref<const Points>& vertices, const Eigen::Ref<const Triangles>& triangles);
+std::string closed_surface_defect(const Eigen::Ref<const Points>& vertices,
+                                  const Eigen::Ref<const Triangles>& triangles);
 
 /// Angle between the normals of the two triangles of an edge, in (-pi, pi], zero when flat, positive when convex
 /// (outward normals). Arguments: edge start, edge end, opposite vertex left, opposite vertex right.
