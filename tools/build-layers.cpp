@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "ndg/body/build/layers.h"
+#include "ndg/body_build/layers.h"
 #include "ndg/core/hash.h"
 #include "ndg/core/tool.h"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "ndg/body/build/bone_interior.h"
+#include "ndg/body_build/bone_interior.h"
 #include "ndg/body/template.h"
 
 namespace ndg {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "ndg/body/build/layers.h"
+#include "ndg/body_build/layers.h"
 
-#include "ndg/body/build/bone_interior.h"
-#include "ndg/body/build/inner_surface.h"
-#include "ndg/body/build/parametric_surface.h"
+#include "ndg/body_build/bone_interior.h"
+#include "ndg/body_build/inner_surface.h"
+#include "ndg/body_build/parametric_surface.h"
 #include "ndg/core/error.h"
 #include "ndg/core/progress.h"
 #include "ndg/geometry/prism.h"

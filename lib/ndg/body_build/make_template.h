@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "ndg/body/build/parametric_surface.h"
+#include "ndg/body_build/parametric_surface.h"
 #include "ndg/body/template.h"
 
 namespace ndg {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "ndg/body/build/region_cut.h"
+#include "ndg/body_build/region_cut.h"
 
 #include "ndg/body/skeleton.h"
 #include "ndg/core/error.h"

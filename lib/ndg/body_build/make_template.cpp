@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "ndg/body/build/make_template.h"
+#include "ndg/body_build/make_template.h"
 
-#include "ndg/body/build/bone_interior.h"
-#include "ndg/body/build/bone_shafts.h"
-#include "ndg/body/build/inner_surface.h"
-#include "ndg/body/build/region_cut.h"
+#include "ndg/body_build/bone_interior.h"
+#include "ndg/body_build/bone_shafts.h"
+#include "ndg/body_build/inner_surface.h"
+#include "ndg/body_build/region_cut.h"
 #include "ndg/core/error.h"
 #include "ndg/core/log.h"
 #include "ndg/geometry/closest_point.h"

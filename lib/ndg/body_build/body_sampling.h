@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "ndg/body/build/makehuman.h"
+#include "ndg/body_build/makehuman.h"
 #include "ndg/body/template.h"
 
 #include <cstdint>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "ndg/body/build/inner_surface.h"
+#include "ndg/body_build/inner_surface.h"
 
 #include "ndg/body/skeleton.h"
 #include "ndg/body/template.h"

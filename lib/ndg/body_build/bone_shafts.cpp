@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "ndg/body/build/bone_shafts.h"
+#include "ndg/body_build/bone_shafts.h"
 
 #include "ndg/core/error.h"
 #include "ndg/geometry/closest_point.h"
