@@ -9,6 +9,8 @@
 
 #include "ndg/body/pose_set.h"
 
+#include <omp.h>
+
 #include <ctime>
 #include <functional>
 #include <numeric>
@@ -75,6 +77,7 @@ int main(int argc, char** argv)
     tool.output("output", output, "JSON result", false);
     return tool.run(argc, argv, [&] {
         set_num_threads(1);
+        omp_set_max_active_levels(0);  // CHOLMOD's own parallel sections too
         const Case bench = read_case(template_path, bodies_path, poses_path, samples, rings);
         Simulator simulator(bench.body_template, options);
         std::vector<double> seconds, iterations, factorizations;

@@ -8,6 +8,8 @@
 #include "report.h"
 #include "support/support.h"
 
+#include <omp.h>
+
 #include <chrono>
 
 using namespace ndg;
@@ -33,6 +35,7 @@ int main(int argc, char** argv)
     tool.output("output", output, "JSON result", false);
     return tool.run(argc, argv, [&] {
         set_num_threads(1);
+        omp_set_max_active_levels(0);  // CHOLMOD's own parallel sections too
         const Template body_template =
             template_path.empty() ? test::tube_template(rings, 16) : read_template(template_path);
         const BodyPoser poser(body_template);

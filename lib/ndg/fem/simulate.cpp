@@ -9,6 +9,8 @@
 #include "ndg/deform/rest_cache.h"
 #include "ndg/fem/sample_parts.h"
 
+#include <omp.h>
+
 #include <algorithm>
 #include <atomic>
 #include <cstdio>
@@ -23,6 +25,19 @@
 namespace ndg {
 
 namespace {
+
+/// CHOLMOD opens parallel sections of four threads of its own; within samples that run side by side they would only
+/// wait for each other. Lets `levels` nested sections run in parallel until the end of the scope.
+class ParallelLevels {
+public:
+    explicit ParallelLevels(int levels) : previous_(omp_get_max_active_levels()) { omp_set_max_active_levels(levels); }
+    ~ParallelLevels() { omp_set_max_active_levels(previous_); }
+    ParallelLevels(const ParallelLevels&) = delete;
+    ParallelLevels& operator=(const ParallelLevels&) = delete;
+
+private:
+    int previous_;
+};
 
 /// Processor time of this thread, so that a busy machine does not show in the statistics.
 double thread_seconds()
@@ -143,6 +158,7 @@ DeformationSet simulate_samples(const Template& body_template, const BodySet& bo
     std::mutex mutex;  // HDF5 is not thread-safe
     std::exception_ptr failure;
     const int threads = std::max(1, std::min<int>(num_threads(), static_cast<int>(open.size())));
+    const ParallelLevels levels(threads > 1 ? 1 : 0);
 #pragma omp parallel num_threads(threads)
     try {
         std::unique_ptr<Simulator> simulator;
