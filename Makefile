@@ -17,7 +17,7 @@ SHELL := /bin/bash
 .SHELLFLAGS := -eu -o pipefail -c
 
 BIN := $(BUILD)/bin
-CMAKE_FLAGS = -G Ninja $(if $(DATA),-DNDG_DATA="$(abspath $(DATA))",-DNDG_DATA="")
+CMAKE_FLAGS = -G Ninja $(if $(DATA),-DNDG_DATA="$(abspath $(DATA))")
 
 .PHONY: help deps build test test-asan demo templates bodies poses dataset train tables bench format format-check tidy clean
 
@@ -29,13 +29,9 @@ help: ## list the targets and variables
 deps: ## install the Debian packages that are missing
 	@pipelines/install-packages.sh
 
-$(BUILD)/CMakeCache.txt: CMakeLists.txt
-	@$(MAKE) --no-print-directory deps
-	cmake -S . -B $(BUILD) $(CMAKE_FLAGS)
-
 build: ## configure and build everything (Release)
 	@pipelines/install-packages.sh --quiet
-	@cmake -S . -B $(BUILD) $(CMAKE_FLAGS) > $(BUILD).log 2>&1 || { mkdir -p build; cmake -S . -B $(BUILD) $(CMAKE_FLAGS); }
+	@cmake -S . -B $(BUILD) $(CMAKE_FLAGS) > /dev/null
 	@cmake --build $(BUILD) -j $(JOBS)
 
 test: build ## build and run all tests (Release); DATA=<folder> adds those on real bodies and motions
@@ -43,10 +39,9 @@ test: build ## build and run all tests (Release); DATA=<folder> adds those on re
 
 test-asan: ## the tests that need no libtorch, under address and undefined-behaviour sanitizers
 	@pipelines/install-packages.sh --quiet
-	cmake -S . -B build/asan -G Ninja -DCMAKE_BUILD_TYPE=RelWithDebInfo -DNDG_SANITIZE=ON -DNDG_WITH_TORCH=OFF \
-	    $(if $(DATA),-DNDG_DATA="$(abspath $(DATA))",-DNDG_DATA="")
-	cmake --build build/asan -j $(JOBS)
-	ctest --test-dir build/asan --output-on-failure --no-tests=error -LE release-only
+	@cmake -S . -B build/asan $(CMAKE_FLAGS) -DCMAKE_BUILD_TYPE=Sanitize -DNDG_SANITIZE=ON -DNDG_WITH_TORCH=OFF > /dev/null
+	@cmake --build build/asan -j $(JOBS)
+	ctest --test-dir build/asan --output-on-failure --no-tests=error
 
 include pipelines/dataset.mk
 include pipelines/train.mk
@@ -54,19 +49,22 @@ include pipelines/eval.mk
 
 demo: PRESET := demo
 demo: ## the whole pipeline at demo size: bodies, poses, FEM, training, Table 1, pictures
-	@$(MAKE) --no-print-directory build
+	$(CHECK_DATA)
 	@$(MAKE) --no-print-directory tables PRESET=demo DATA="$(DATA)"
 
 bench: build ## benchmarks: bench/<name>, results in out/bench/<name>.json
 	@pipelines/run-benches.sh "$(BIN)" "$(BENCH)" out/bench
 
 format: ## format all sources
+	@pipelines/install-packages.sh --quiet clang-format
 	@git ls-files '*.h' '*.cpp' | xargs clang-format -i
 
 format-check: ## fail when a source is not formatted
+	@pipelines/install-packages.sh --quiet clang-format
 	@git ls-files '*.h' '*.cpp' | xargs clang-format --dry-run -Werror
 
-tidy: ## clang-tidy on the library (names, bug patterns)
+tidy: build ## clang-tidy on the library (names, bug patterns)
+	@pipelines/install-packages.sh --quiet clang-tidy
 	@git ls-files 'lib/*.cpp' | xargs -P $(JOBS) -n 4 clang-tidy -p $(BUILD) --quiet
 
 clean: ## remove build/ and out/

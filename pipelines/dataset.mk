@@ -4,10 +4,13 @@
 # Motion folders to import: CMU's where the data folder has them beside others, otherwise all of motion/.
 MOTION ?= $(or $(wildcard $(DATA)/motion/cmu_*),$(DATA)/motion)
 
+CHECK_DATA = @test -n "$(DATA)" || { echo "Pass DATA=<folder> with makehuman/ and motion/ in it (docs/data.md says where" \
+    "they come from): a body and motions built into the project do not exist yet." >&2; exit 2; }; \
+    for d in makehuman motion; do test -d "$(DATA)/$$d" || { echo "DATA=$(DATA) has no folder $$d (docs/data.md)." >&2; exit 2; }; done
 STAGE = @pipelines/stage.sh $(OUT)
 RUN = --config $(CONFIG) --force
 
-.PHONY: templates bodies poses dataset need-data
+.PHONY: templates bodies poses dataset
 
 templates: build ## the layered template, out/<preset>/template.h5
 	@$(MAKE) --no-print-directory $(OUT)/template.h5
@@ -18,21 +21,19 @@ poses: build ## motion capture on our skeleton and its farthest-point subset, ou
 dataset: build ## FEM samples, out/<preset>/fem.h5
 	@$(MAKE) --no-print-directory $(OUT)/fem.h5
 
-need-data:
-	@test -n "$(DATA)" || { echo "Pass DATA=<folder> with makehuman/ and motion/ in it (docs/data.md says where they come from):" \
-	    "a body and motions built into the project do not exist yet." >&2; exit 2; }
-	@for d in makehuman motion; do test -d "$(DATA)/$$d" || { echo "DATA=$(DATA) has no folder $$d (docs/data.md)." >&2; exit 2; }; done
-
-$(OUT)/template.h5: $(CONFIG) | need-data
+$(OUT)/template.h5: $(CONFIG)
+	$(CHECK_DATA)
 	$(STAGE) template $(BIN)/make-template $(RUN) --makehuman "$(DATA)/makehuman" --output $@
 
-$(OUT)/skins.h5: $(OUT)/template.h5 $(CONFIG) | need-data
+$(OUT)/skins.h5: $(OUT)/template.h5 $(CONFIG)
+	$(CHECK_DATA)
 	$(STAGE) sample-bodies $(BIN)/sample-bodies $(RUN) --template $< --makehuman "$(DATA)/makehuman" --output $@
 
 $(OUT)/bodies.h5: $(OUT)/template.h5 $(OUT)/skins.h5 $(CONFIG)
 	$(STAGE) build-layers $(BIN)/build-layers $(RUN) --template $(OUT)/template.h5 --skins $(OUT)/skins.h5 --output $@
 
-$(OUT)/motion.h5: $(OUT)/template.h5 $(CONFIG) | need-data
+$(OUT)/motion.h5: $(OUT)/template.h5 $(CONFIG)
+	$(CHECK_DATA)
 	$(STAGE) import-motion $(BIN)/import-motion $(RUN) --template $< --joint-maps configs/joint-maps \
 	    $(addprefix --motion ,$(MOTION)) --output $@
 

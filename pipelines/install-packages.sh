@@ -1,20 +1,27 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Installs the Debian packages this project needs and that are missing. With --quiet: silent when nothing is missing.
+# install-packages.sh [--quiet] [PACKAGE...]: installs the Debian packages this project needs, and those named, as far as
+# they are missing. With --quiet: silent when nothing is missing.
 set -eu
 packages=(
-    build-essential cmake ninja-build ccache git
+    build-essential cmake ninja-build git
     libeigen3-dev libsuitesparse-dev libopenblas-dev libtet1.5-dev libcgal-dev libhdf5-dev
     libcli11-dev nlohmann-json3-dev libfmt-dev libspdlog-dev libssl-dev zlib1g-dev
     libtorch-dev libembree-dev libtinygltf-dev libpng-dev
     catch2 hdf5-tools python3-h5py python3-numpy
 )
+quiet=
+if [ "${1:-}" = "--quiet" ]; then
+    quiet=yes
+    shift
+fi
+packages+=("$@")
 missing=()
 for package in "${packages[@]}"; do
     dpkg-query -W -f='${Status}\n' "$package" 2>/dev/null | grep -q '^install ok installed' || missing+=("$package")
 done
 if [ ${#missing[@]} -eq 0 ]; then
-    [ "${1:-}" = "--quiet" ] || echo "all packages are installed"
+    [ -n "$quiet" ] || echo "all packages are installed"
     exit 0
 fi
 if [ "$(id -u)" = 0 ]; then

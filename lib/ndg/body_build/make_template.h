@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "ndg/body_build/parametric_surface.h"
 #include "ndg/body/template.h"
+#include "ndg/body_build/parametric_surface.h"
 
 namespace ndg {
 
