@@ -24,7 +24,6 @@ int main(int argc, char** argv)
     std::vector<std::string> samples_paths;
     NetworkOptions network;
     TrainingOptions training;
-    bool no_rotation = false, no_shape = false;
     double cache_gigabytes = 8.0;
 
     Tool tool("train-ndg", "Trains the network that predicts deformation gradients from pose and body shape.",
@@ -40,8 +39,8 @@ int main(int argc, char** argv)
     tool.parameter("widths", network.widths, "hidden layers");
     tool.parameter("parametrisation", network.parametrisation, "from nine numbers to a residual gradient",
                    parametrisation_names);
-    tool.parameter("no-rotation", no_rotation, "ablation: predict F itself, not the residual R^T F");
-    tool.parameter("no-shape", no_shape, "ablation: hide the body's shape from the network");
+    tool.parameter("rotation", network.rotation, "predict the residual R^T F; without (ablation): F itself");
+    tool.parameter("shape", network.shape, "let the network see the body's shape; without: ablation");
     tool.parameter("output-basis", network.output_basis,
                    "0: trained last layer; k: fixed basis of k principal components of the training residuals", 0,
                    65536);
@@ -59,8 +58,6 @@ int main(int argc, char** argv)
 
     return tool.run(argc, argv, [&] {
         catch_interrupts();
-        network.rotation = !no_rotation;
-        network.shape = !no_shape;
         training.seed = tool.seed();
         training.checkpoint_path = checkpoint_path_for(output_path);
         network.check();

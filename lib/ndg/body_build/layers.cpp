@@ -111,7 +111,12 @@ Body build_layers(const Template& body_template, const Body& skin, const Person&
     result.fat_layer_share = volume * fat_density / result.mass_kg;
     result.muscle_layer_litre =
         1e3 * prism_volumes(body.volume_vertices, body_template.prisms.topRows(body_template.num_prisms() / 2)).sum();
-    result.min_scaled_jacobian = wraps.min_scaled_jacobian;
+    // What counts is the body as it is stored.
+    const Points stored = body.volume_vertices.cast<float>().cast<double>();
+    const PrismCheck check = check_prisms(stored, body_template.prisms);
+    require(check.num_invalid == 0, "body {}: {} invalid prisms in single precision, worst {} with Jacobian {:.3g} m^3",
+            skin.name, check.num_invalid, check.worst_prism_idx, check.min_jacobian);
+    result.min_scaled_jacobian = check.min_scaled_jacobian;
     result.adjusted_vertices = wraps.adjusted_vertices;
     body.interior_vertices =
         transfer_interior(template_bone, body_template.rest.interior_vertices, body_template.tetrahedra, wraps.bone);
