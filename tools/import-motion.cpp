@@ -43,7 +43,7 @@ int main(int argc, char** argv)
 
     Tool tool("import-motion", "Brings motion capture onto the project's skeleton.",
               "import-motion --motion mocap/ --template template.h5 --joint-maps configs/joint-maps --output poses.h5");
-    tool.input("motion", motion_paths, "BVH or AMC files (ASF beside them), or folders of them");
+    tool.input("motion", motion_paths, "BVH, AMC (ASF beside them), DeepMimic or AMASS files, or folders");
     tool.input("template", template_path, "template whose rest joints the poses start from");
     tool.input("joint-map", map_path, "joint map for all clips", false);
     tool.input("joint-maps", maps_folder, "folder of joint maps; each clip takes the one that fits its joints", false);

@@ -43,4 +43,18 @@ MotionClip read_bvh(const std::string& path);
 /// The frame rate is not in the file; 120 Hz is assumed. Throws InputError as read_bvh does.
 MotionClip read_asf_amc(const std::string& asf_path, const std::string& amc_path);
 
+/// DeepMimic: a character's skeleton (JSON, metres) and a clip of it (JSON text; a row is a duration, the root's
+/// position and quaternion wxyz, then four or one values a joint). The files face +x and are turned here to face +z.
+/// The frame rate is that of the median duration. Throws InputError naming file, item and value: not JSON, unknown
+/// joint type, row of another length, non-finite value, quaternion far from norm 1, no frames.
+MotionClip read_deepmimic(const std::string& character_path, const std::string& motion_path);
+
+/// AMASS: axis-angles of the 22 body joints of SMPL-H ("poses") or SMPL-X ("root_orient", "pose_body"), z up, turned
+/// here to y up. Hands and shape are not read. The zero pose is a T pose of common proportions; the root's position is
+/// "trans", which differs from the pelvis by a constant of the body's shape. Throws InputError naming file, item and
+/// value as NpzFile does, and for another shape and no frames.
+MotionClip read_amass(const std::string& path);
+/// Whether an .npz holds poses and a path (AMASS has others, of shapes). Throws InputError where it is no archive.
+bool is_amass(const std::string& path);
+
 }  // namespace ndg

@@ -7,6 +7,8 @@
 #include <cctype>
 #include <cmath>
 #include <filesystem>
+#include <fstream>
+#include <optional>
 
 namespace ndg {
 
@@ -42,26 +44,52 @@ std::vector<fs::path> list_folder(const fs::path& folder, bool recursively)
     return files;
 }
 
-/// The ASF beside an AMC: the only one, or the one whose name is the longest beginning of the AMC's (02.asf of
-/// 02_01.amc).
-std::string find_skeleton(const fs::path& amc)
+const std::string character_ending = "_character";
+
+/// The beginning that names of a skeleton's motions share: "02" of 02.asf, "humanoid3d" of humanoid3d_character.json.
+/// Nothing where the file is no skeleton.
+std::optional<std::string> skeleton_name(const fs::path& path)
 {
-    const fs::path folder = amc.parent_path().empty() ? fs::path(".") : amc.parent_path();
+    const std::string stem = path.stem().string();
+    if (extension(path) == ".asf") return stem;
+    const bool longer = stem.size() > character_ending.size();
+    if (extension(path) != ".json" || !longer) return std::nullopt;
+    const std::size_t length = stem.size() - character_ending.size();
+    if (stem.substr(length) != character_ending) return std::nullopt;
+    return stem.substr(0, length);
+}
+
+/// The skeleton of the extension `kind` beside a motion: the only one, or the one whose name is the longest beginning
+/// of the motion's (02.asf of 02_01.amc). `form` says in messages what it looks like.
+std::string find_skeleton(const fs::path& motion, const std::string& kind, const std::string& form)
+{
+    const fs::path folder = motion.parent_path().empty() ? fs::path(".") : motion.parent_path();
     std::vector<fs::path> skeletons, named;
     for (const fs::path& file : list_folder(folder, false)) {
-        if (extension(file) != ".asf") continue;
+        const std::optional<std::string> name = skeleton_name(file);
+        if (!name || extension(file) != kind) continue;
         skeletons.push_back(file);
-        const std::string stem = file.stem().string();
-        if (amc.stem().string().compare(0, stem.size(), stem) == 0) named.push_back(file);
+        if (motion.stem().string().compare(0, name->size(), *name) == 0) named.push_back(file);
     }
-    require_input(!skeletons.empty(), "{}: there is no .asf skeleton beside it", amc.string());
+    require_input(!skeletons.empty(), "{}: there is no {} skeleton beside it", motion.string(), form);
     if (skeletons.size() == 1) return skeletons.front().string();
-    require_input(!named.empty(), "{}: its name begins like none of the {} .asf skeletons beside it", amc.string(),
-                  skeletons.size());
-    const auto longer = [](const fs::path& a, const fs::path& b) {
-        return a.stem().string().size() < b.stem().string().size();
+    require_input(!named.empty(), "{}: its name begins like none of the {} {} skeletons beside it", motion.string(),
+                  skeletons.size(), form);
+    const auto shorter = [](const fs::path& a, const fs::path& b) {
+        return skeleton_name(a)->size() < skeleton_name(b)->size();
     };
-    return std::max_element(named.begin(), named.end(), longer)->string();
+    return std::max_element(named.begin(), named.end(), shorter)->string();
+}
+
+/// Whether a text file begins as a DeepMimic clip does: a JSON object with frames, which follow a few short settings.
+bool looks_like_deepmimic(const fs::path& path)
+{
+    std::ifstream file(path, std::ios::binary);
+    std::string head(4096, '\0');
+    file.read(head.data(), static_cast<std::streamsize>(head.size()));
+    head.resize(static_cast<std::size_t>(file.gcount()));
+    const std::size_t first = head.find_first_not_of(" \t\r\n");
+    return first != std::string::npos && head[first] == '{' && head.find("\"Frames\"") != std::string::npos;
 }
 
 MotionFile classify(const fs::path& path, bool from_folder)
@@ -70,12 +98,17 @@ MotionFile classify(const fs::path& path, bool from_folder)
     file.path = path.string();
     file.from_folder = from_folder;
     const std::string kind = extension(path);
+    if (kind == ".bvh") return file;
     if (kind == ".amc") {
-        file.skeleton_path = find_skeleton(path);
-    } else if (kind != ".bvh") {
-        file.skip_reason = "not a .bvh or .amc motion";
-        require_input(from_folder, "{}: is {}", file.path, file.skip_reason);
+        file.skeleton_path = find_skeleton(path, ".asf", ".asf");
+    } else if (kind == ".npz") {
+        if (!is_amass(file.path)) file.skip_reason = "an .npz without AMASS poses";
+    } else if ((kind == ".txt" || kind == ".json") && looks_like_deepmimic(path)) {
+        file.skeleton_path = find_skeleton(path, ".json", "*" + character_ending + ".json");
+    } else {
+        file.skip_reason = "not a BVH, AMC, DeepMimic or AMASS motion";
     }
+    require_input(file.skip_reason.empty() || from_folder, "{}: is {}", file.path, file.skip_reason);
     return file;
 }
 
@@ -91,7 +124,7 @@ std::vector<MotionFile> find_motion_files(const std::vector<std::string>& paths)
             continue;
         }
         for (const fs::path& file : list_folder(path, true)) {
-            if (extension(file) != ".asf") files.push_back(classify(file, true));
+            if (!skeleton_name(file)) files.push_back(classify(file, true));
         }
     }
     return files;
@@ -99,7 +132,10 @@ std::vector<MotionFile> find_motion_files(const std::vector<std::string>& paths)
 
 MotionClip read_motion(const MotionFile& file)
 {
-    if (!file.skeleton_path.empty()) return read_asf_amc(file.skeleton_path, file.path);
+    const std::string kind = extension(file.path);
+    if (kind == ".amc") return read_asf_amc(file.skeleton_path, file.path);
+    if (kind == ".npz") return read_amass(file.path);
+    if (kind != ".bvh") return read_deepmimic(file.skeleton_path, file.path);
     return read_bvh(file.path);
 }
 

@@ -10,16 +10,16 @@
 namespace ndg {
 
 struct MotionFile {
-    std::string path;           ///< .bvh or .amc
-    std::string skeleton_path;  ///< .asf beside an .amc; "" for BVH
+    std::string path;           ///< .bvh, .amc, DeepMimic's .txt or .json, or AMASS's .npz
+    std::string skeleton_path;  ///< .asf beside an .amc, *_character.json beside a DeepMimic clip; "" otherwise
     bool from_folder = false;   ///< found in a folder rather than named
     std::string skip_reason;    ///< not empty: cannot be used, and why
 };
 
 /// Motion files among `paths`; folders are searched recursively, in the order of their names. The skeleton of an AMC is
-/// the only ASF beside it, or the one whose name is the longest beginning of the AMC's. Files of folders that are no
-/// motions are listed with a skip_reason; a named file that is no motion, and an AMC without a skeleton, are
-/// InputErrors.
+/// the only ASF beside it, or the one whose name is the longest beginning of the AMC's; that of a DeepMimic clip (JSON
+/// with "Frames") is found likewise among the files NAME_character.json. Files of folders that are no motions are
+/// listed with a skip_reason; a named file that is no motion, and a clip without a skeleton, are InputErrors.
 std::vector<MotionFile> find_motion_files(const std::vector<std::string>& paths);
 
 MotionClip read_motion(const MotionFile& file);
