@@ -48,6 +48,31 @@ double reference_distance(const Pose& a, const Pose& b)
     return sum;
 }
 
+/// Every pick updates every distance, all of them as pose_distance sums them.
+PoseSampling brute_force(const std::vector<Pose>& poses, int count, int first_idx)
+{
+    std::vector<Eigen::Quaterniond> joints;
+    for (const Pose& pose : poses) {
+        for (const Eigen::Matrix3d& rotation : pose.parent_from_joint) joints.push_back(to_quaternion(rotation));
+    }
+    PoseSampling sampling;
+    std::vector<double> nearest(poses.size(), 1e300);
+    for (int next = first_idx; static_cast<int>(sampling.order.size()) < count;) {
+        sampling.order.push_back(next);
+        for (std::size_t i = 0; i < poses.size(); ++i) {
+            double sum = 0.0;
+            for (int j = 0; j < num_joints; ++j) {
+                sum += rotation_angle(joints[i * num_joints + j], joints[next * num_joints + j]);
+            }
+            nearest[i] = std::min(nearest[i], sum);
+        }
+        const auto farthest = std::max_element(nearest.begin(), nearest.end());
+        sampling.covering_radius.push_back(*farthest);
+        next = static_cast<int>(farthest - nearest.begin());
+    }
+    return sampling;
+}
+
 }  // namespace
 
 TEST_CASE("rotation angles are exact for small, large and antipodal rotations")
@@ -144,6 +169,36 @@ TEST_CASE("sampling all poses takes each once and covers them; threads do not ma
     std::vector<int> sorted = one.order;
     std::sort(sorted.begin(), sorted.end());
     for (int i = 0; i < 200; ++i) CHECK(sorted[i] == i);
+}
+
+TEST_CASE("sampling is the same to the last bit as brute force, ties and all")
+{
+    std::vector<Pose> poses = random_poses(2003, 21);
+    // The same pose twice: a tie at any time, which the lower index wins.
+    for (int i = 0; i < 100; ++i) poses[1500 + i] = poses[3 * i];
+    CHECK(pose_distance(poses[5], poses[1900]) == brute_force({poses[5], poses[1900]}, 1, 0).covering_radius.front());
+    for (const int count : {7, 500}) {
+        const PoseSampling expected = brute_force(poses, count, 1777);
+        const PoseSampling sampling = farthest_point_sampling(poses, count, 1777);
+        CHECK(sampling.order == expected.order);
+        CHECK(sampling.covering_radius == expected.covering_radius);
+    }
+}
+
+TEST_CASE("sampling so many poses that threads share them gives the same on one and two, and as brute force")
+{
+    const std::vector<Pose> poses = random_poses(12003, 31);
+    const int threads = num_threads();
+    set_num_threads(1);
+    const PoseSampling one = farthest_point_sampling(poses, 200, 12002);
+    set_num_threads(2);
+    const PoseSampling two = farthest_point_sampling(poses, 200, 12002);
+    set_num_threads(threads);
+    CHECK(one.order == two.order);
+    CHECK(one.covering_radius == two.covering_radius);
+    const PoseSampling expected = brute_force(poses, 20, 12002);
+    CHECK(std::equal(expected.order.begin(), expected.order.end(), two.order.begin()));
+    CHECK(std::equal(expected.covering_radius.begin(), expected.covering_radius.end(), two.covering_radius.begin()));
 }
 
 TEST_CASE("sampling refuses wrong counts and equal poses")

@@ -6,94 +6,216 @@
 
 #include <algorithm>
 #include <limits>
-#include <numeric>
 
 namespace ndg {
 
 namespace {
 
 constexpr int block_size = 8;
+/// For fewer blocks waking a thread costs more than it does.
+constexpr int parallel_blocks = 1000;
 /// One number of each pose of a block.
 using Lane = Eigen::Array<float, block_size, 1>;
 
-/// Joint rotations of all poses as quaternions; joints that never move are left out, for they add exactly 0.
-class PoseTable {
+/// A float no smaller than a double.
+float rounded_up(double value)
+{
+    return static_cast<float>(value) * (1.0F + 1e-6F);
+}
+
+/// Joint rotations as float32 quaternions, eight poses side by side.
+class PoseBlocks {
 public:
-    explicit PoseTable(const std::vector<Pose>& poses) : num_poses_(static_cast<int>(poses.size()))
+    PoseBlocks(int capacity, int num_joints)
+        : num_joints_(num_joints), lanes_(num_blocks(capacity) * 4 * num_joints, Lane::Zero())
     {
-        const std::size_t num_joints = poses.front().parent_from_joint.size();
-        std::vector<int> joints;
-        std::vector<double> spread;
-        for (std::size_t j = 0; j < num_joints; ++j) {
-            double sum = 0.0;
-            bool moves = false;
-            const Eigen::Matrix3d& first = poses.front().parent_from_joint[j];
-            for (const Pose& pose : poses) {
-                if (pose.parent_from_joint[j] == first) continue;
-                moves = true;
-                sum += (pose.parent_from_joint[j] - first).norm();
-            }
-            if (!moves) continue;
-            joints.push_back(static_cast<int>(j));
-            spread.push_back(sum);
-        }
-        // The joints that differ most first, so that a sum passes its limit early.
-        std::vector<int> by_spread(joints.size());
-        std::iota(by_spread.begin(), by_spread.end(), 0);
-        std::stable_sort(by_spread.begin(), by_spread.end(), [&](int a, int b) { return spread[a] > spread[b]; });
-        num_joints_ = static_cast<int>(joints.size());
-        quaternions_.reserve(poses.size() * joints.size());
-        for (const Pose& pose : poses) {
-            for (const int k : by_spread) quaternions_.push_back(to_quaternion(pose.parent_from_joint[joints[k]]));
-        }
-        blocks_.assign(static_cast<std::size_t>(num_blocks()) * num_joints_ * 4, Lane::Zero());
-        for (int i = 0; i < num_poses_; ++i) {
-            Lane* block = blocks_.data() + static_cast<std::size_t>(i / block_size) * num_joints_ * 4;
-            for (int j = 0; j < num_joints_; ++j) {
-                const Eigen::Vector4d& q = quaternions_[static_cast<std::size_t>(i) * num_joints_ + j].coeffs();
-                for (int k = 0; k < 4; ++k) block[4 * j + k][i % block_size] = static_cast<float>(q[k]);
-            }
-        }
     }
 
-    int num_blocks() const { return (num_poses_ + block_size - 1) / block_size; }
+    static std::size_t num_blocks(int num_poses)
+    {
+        return (static_cast<std::size_t>(num_poses) + block_size - 1) / block_size;
+    }
 
-    /// Numbers no larger than the distances of a block's poses to a pose, in float32 and without trigonometry: the
-    /// angle 4 asin(c / 2) of a chord c is at least the first terms of its series, all of which are positive.
-    Lane lower_bounds(int block, int pose) const
+    /// `quaternion`: num_joints x 4.
+    void set(int pose, const float* quaternion)
+    {
+        Lane* block = lanes_.data() + static_cast<std::size_t>(pose / block_size) * 4 * num_joints_;
+        for (int k = 0; k < 4 * num_joints_; ++k) block[k][pose % block_size] = quaternion[k];
+    }
+
+    void get(int pose, float* quaternion) const
+    {
+        const Lane* block = lanes_.data() + static_cast<std::size_t>(pose / block_size) * 4 * num_joints_;
+        for (int k = 0; k < 4 * num_joints_; ++k) quaternion[k] = block[k][pose % block_size];
+    }
+
+    /// Numbers no larger than the distances of a block's poses to the pose q, in float32 and without trigonometry: the
+    /// angle 4 asin(c / 2) of a chord c is at least the first terms of its series, all of which are positive. Stops
+    /// early where all are above `limits`.
+    Lane lower_bounds(int block, const float* q, const Lane& limits) const
     {
         // What float32 may have added to a squared chord, and to the sum.
-        constexpr float chord_error = 2e-6F, relative_error = 1e-5F;
-        const Lane* p = blocks_.data() + static_cast<std::size_t>(block) * num_joints_ * 4;
-        const Eigen::Quaterniond* q = quaternions_.data() + static_cast<std::size_t>(pose) * num_joints_;
+        constexpr float chord_error = 2e-6F;
+        const float relative_error = 2e-6F + 1e-7F * static_cast<float>(num_joints_);
+        constexpr int stride = 4;  // joints between two looks at the limits
+        const Lane* p = lanes_.data() + static_cast<std::size_t>(block) * 4 * num_joints_;
         Lane sum = Lane::Zero();
-        for (int j = 0; j < num_joints_; ++j, p += 4) {
-            const Eigen::Vector4f r = q[j].coeffs().cast<float>();
-            const Lane squared =
-                (p[0] - r[0]).square() + (p[1] - r[1]).square() + (p[2] - r[2]).square() + (p[3] - r[3]).square();
-            const Lane nearer = (squared.min(4.0F - squared) - chord_error).max(0.0F);
-            const Lane x = 0.5F * nearer.sqrt(), x2 = 0.25F * nearer;
-            sum += x * (4.0F + x2 * (4.0F / 6.0F + x2 * (12.0F / 40.0F + x2 * (60.0F / 336.0F))));
+        for (int begin = 0; begin < num_joints_; begin += stride) {
+            for (int j = begin; j < std::min(num_joints_, begin + stride); ++j, p += 4, q += 4) {
+                const Lane cosine = (p[0] * q[0] + p[1] * q[1] + p[2] * q[2] + p[3] * q[3]).abs();
+                const Lane squared = (2.0F - chord_error - 2.0F * cosine).max(0.0F);
+                const Lane x2 = 0.25F * squared;
+                sum += x2.sqrt() * (4.0F + x2 * (4.0F / 6.0F + x2 * (12.0F / 40.0F + x2 * (60.0F / 336.0F))));
+            }
+            if ((sum * (1.0F - relative_error) - limits).minCoeff() > 0.0F) break;
         }
         return sum * (1.0F - relative_error);
     }
 
-    int size() const { return num_poses_; }
+private:
+    int num_joints_;
+    std::vector<Lane> lanes_;  ///< num_blocks x num_joints x 4 quaternion coefficients
+};
 
-    /// Distance of two poses, or any value above `limit` once the sum is above it.
-    double distance(int a, int b, double limit = std::numeric_limits<double>::infinity()) const
+/// Distance of every pose to the nearest of the picked ones. Poses come in blocks of eight, each with the largest
+/// distance among them.
+class NearestPicks {
+public:
+    NearestPicks(const std::vector<Pose>& poses, int num_picks)
+        : num_poses_(static_cast<int>(poses.size())),
+          num_joints_(static_cast<int>(poses.front().parent_from_joint.size())),
+          num_blocks_(static_cast<int>(PoseBlocks::num_blocks(num_poses_))),
+          screening_joints_(joints_by_spread(poses)),
+          quaternions_(poses.size() * num_joints_),
+          candidates_(num_poses_, static_cast<int>(screening_joints_.size())),
+          picks_(num_picks, static_cast<int>(screening_joints_.size())),
+          distance_(poses.size(), std::numeric_limits<double>::infinity()),
+          // Lanes behind the last pose are at distance 0 already.
+          reach_(num_blocks_, Lane::Zero()),
+          nearest_(static_cast<std::size_t>(num_blocks_) * block_size, 0),
+          farthest_(num_blocks_, std::numeric_limits<double>::infinity()),
+          pick_bounds_(PoseBlocks::num_blocks(num_picks), Lane::Zero())
+    {
+#pragma omp parallel for schedule(static) if (num_blocks_ > parallel_blocks)
+        for (int block = 0; block < num_blocks_; ++block) {
+            std::vector<float> single(4 * screening_joints_.size());
+            for (int i = block * block_size; i < std::min(num_poses_, (block + 1) * block_size); ++i) {
+                Eigen::Quaterniond* q = quaternions_.data() + static_cast<std::size_t>(i) * num_joints_;
+                for (int j = 0; j < num_joints_; ++j) q[j] = to_quaternion(poses[i].parent_from_joint[j]);
+                for (std::size_t k = 0; k < screening_joints_.size(); ++k) {
+                    const Eigen::Vector4f coefficients = q[screening_joints_[k]].coeffs().cast<float>();
+                    std::copy_n(coefficients.data(), 4, single.data() + 4 * k);
+                }
+                candidates_.set(i, single.data());
+                reach_[block][i % block_size] = std::numeric_limits<float>::infinity();
+            }
+        }
+    }
+
+    /// Takes one more pose among the picked: any at first, then the farthest.
+    void pick(int pose)
+    {
+        std::vector<float> q(4 * screening_joints_.size());
+        candidates_.get(pose, q.data());
+        const int num_pick_blocks = static_cast<int>(PoseBlocks::num_blocks(num_picks_));
+        // Nothing lies farther than this from its pick, so that a pick at twice that distance matters to nobody.
+        const Lane reach = Lane::Constant(2.0F * rounded_up(distance_[pose]));
+        for (int block = 0; block < num_pick_blocks; ++block) {
+            pick_bounds_[block] = picks_.lower_bounds(block, q.data(), reach);
+        }
+        active_.clear();
+        for (int block = 0; block < num_blocks_; ++block) {
+            if (may_come_nearer(block)) active_.push_back(block);
+        }
+        const int num_active = static_cast<int>(active_.size());
+#pragma omp parallel for schedule(dynamic, 64) if (num_active > parallel_blocks)
+        for (int k = 0; k < num_active; ++k) update(active_[k], pose, q.data());
+        picks_.set(num_picks_, q.data());
+        ++num_picks_;
+    }
+
+    /// The pose farthest from all picked ones, the first of several.
+    int farthest() const
+    {
+        const auto block = std::max_element(farthest_.begin(), farthest_.end()) - farthest_.begin();
+        const auto begin = distance_.begin() + block * block_size;
+        const auto end = distance_.begin() + std::min<std::ptrdiff_t>(num_poses_, (block + 1) * block_size);
+        return static_cast<int>(std::max_element(begin, end) - distance_.begin());
+    }
+
+    double distance(int pose) const
+    {
+        return distance_[pose];
+    }
+
+private:
+    /// Joints in descending order of how much they differ among the poses, so that a sum passes its limit early; joints
+    /// that never move are left out, for they add exactly 0.
+    static std::vector<int> joints_by_spread(const std::vector<Pose>& poses)
+    {
+        const std::size_t num_joints = poses.front().parent_from_joint.size();
+        std::vector<double> spread(num_joints, 0.0);
+        std::vector<int> joints;
+        for (const Pose& pose : poses) {
+            for (std::size_t j = 0; j < num_joints; ++j) {
+                spread[j] += (pose.parent_from_joint[j] - poses.front().parent_from_joint[j]).norm();
+            }
+        }
+        for (std::size_t j = 0; j < num_joints; ++j) {
+            if (spread[j] > 0.0) joints.push_back(static_cast<int>(j));
+        }
+        std::stable_sort(joints.begin(), joints.end(), [&](int a, int b) { return spread[a] > spread[b]; });
+        return joints;
+    }
+
+    /// False where the triangle inequality shows that the new pick is no nearer to any pose of the block than the
+    /// nearest pick so far: it is at least twice as far from that one as the pose is.
+    bool may_come_nearer(int block) const
+    {
+        if (num_picks_ == 0) return true;
+        const float* bounds = pick_bounds_.front().data();
+        const int* nearest = nearest_.data() + static_cast<std::size_t>(block) * block_size;
+        bool result = false;
+        for (int k = 0; k < block_size; ++k) result |= bounds[nearest[k]] < 2.0F * reach_[block][k];
+        return result;
+    }
+
+    void update(int block, int pose, const float* q)
+    {
+        const Lane bounds = candidates_.lower_bounds(block, q, reach_[block]);
+        if ((bounds - reach_[block]).minCoeff() > 0.0F) return;
+        const int begin = block * block_size, end = std::min(num_poses_, begin + block_size);
+        for (int i = begin; i < end; ++i) {
+            if (bounds[i - begin] > reach_[block][i - begin]) continue;
+            const double exact = exact_distance(i, pose);
+            if (exact >= distance_[i]) continue;
+            distance_[i] = exact;
+            reach_[block][i - begin] = rounded_up(exact);
+            nearest_[i] = num_picks_;
+        }
+        farthest_[block] = *std::max_element(distance_.begin() + begin, distance_.begin() + end);
+    }
+
+    /// Summed as in pose_distance, so that it is the same to the last bit.
+    double exact_distance(int a, int b) const
     {
         const Eigen::Quaterniond* p = quaternions_.data() + static_cast<std::size_t>(a) * num_joints_;
         const Eigen::Quaterniond* q = quaternions_.data() + static_cast<std::size_t>(b) * num_joints_;
         double sum = 0.0;
-        for (int j = 0; j < num_joints_ && sum <= limit; ++j) sum += rotation_angle(p[j], q[j]);
+        for (int j = 0; j < num_joints_; ++j) sum += rotation_angle(p[j], q[j]);
         return sum;
     }
 
-private:
-    int num_poses_ = 0, num_joints_ = 0;
-    std::vector<Eigen::Quaterniond> quaternions_;
-    std::vector<Lane> blocks_;  ///< num_blocks x num_joints x 4 quaternion coefficients
+    int num_poses_, num_joints_, num_blocks_, num_picks_ = 0;
+    std::vector<int> screening_joints_;
+    std::vector<Eigen::Quaterniond> quaternions_;  ///< num_poses x num_joints
+    PoseBlocks candidates_, picks_;
+    std::vector<double> distance_;   ///< to the nearest pick
+    std::vector<Lane> reach_;        ///< the same by block, rounded up
+    std::vector<int> nearest_;       ///< which pick that is
+    std::vector<double> farthest_;   ///< per block, largest distance
+    std::vector<Lane> pick_bounds_;  ///< lower bounds of the distances of the newest pick to the earlier ones
+    std::vector<int> active_;        ///< blocks that the newest pick may come nearer to
 };
 
 }  // namespace
@@ -120,30 +242,19 @@ PoseSampling farthest_point_sampling(const std::vector<Pose>& poses, int count, 
     const int num_poses = static_cast<int>(poses.size());
     require_input(count >= 1 && count <= num_poses, "{} poses were asked for, there are {}", count, num_poses);
     require_input(first_idx >= 0 && first_idx < num_poses, "the first pose is {}, there are {}", first_idx, num_poses);
-    const PoseTable table(poses);
-
+    NearestPicks nearest(poses, count);
     PoseSampling sampling;
-    std::vector<double> distance(num_poses, std::numeric_limits<double>::infinity());  // to the nearest pick
     int next = first_idx;
     while (true) {
+        nearest.pick(next);
         sampling.order.push_back(next);
-        // Below that a thread costs more than it does.
-#pragma omp parallel for schedule(static) if (num_poses > 20000)
-        for (int block = 0; block < table.num_blocks(); ++block) {
-            const Lane bounds = table.lower_bounds(block, next);
-            const int begin = block * block_size, end = std::min(num_poses, begin + block_size);
-            for (int i = begin; i < end; ++i) {
-                if (bounds[i - begin] > distance[i]) continue;
-                distance[i] = std::min(distance[i], table.distance(i, next, distance[i]));
-            }
-        }
-        const auto farthest = std::max_element(distance.begin(), distance.end());
-        sampling.covering_radius.push_back(*farthest);
+        const int farthest = nearest.farthest();
+        const double radius = nearest.distance(farthest);
+        sampling.covering_radius.push_back(radius);
         const int num_picked = static_cast<int>(sampling.order.size());
         if (num_picked == count) break;
-        require_input(*farthest > 0.0, "{} poses were asked for, only {} of the {} differ", count, num_picked,
-                      num_poses);
-        next = static_cast<int>(farthest - distance.begin());
+        require_input(radius > 0.0, "{} poses were asked for, only {} of the {} differ", count, num_picked, num_poses);
+        next = farthest;
     }
     return sampling;
 }

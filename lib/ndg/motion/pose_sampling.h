@@ -21,9 +21,10 @@ struct PoseSampling {
 };
 
 /// Farthest-point sampling (Gonzalez 1985): each next pick is the pose farthest from all picked ones, the lowest index
-/// where several are equally far. Exact: a distance is left out only where a cheap lower bound of it shows that the
-/// pose comes no nearer. The result does not depend on the number of threads. Throws InputError for a count
-/// outside 1..poses, an index out of range, or when fewer than `count` poses differ.
+/// where several are equally far. Exact: a distance is left out only where a lower bound of it (the triangle inequality
+/// between picks, or a sum in float32 with its rounding taken off) shows that the pose comes no nearer. The result does
+/// not depend on the number of threads. Throws InputError for a count outside 1..poses, an index out of range, or when
+/// fewer than `count` poses differ.
 PoseSampling farthest_point_sampling(const std::vector<Pose>& poses, int count, int first_idx);
 
 }  // namespace ndg
