@@ -58,6 +58,22 @@ bad('norate.npz', mocap_framerate=None)
 bad('rate.npz', mocap_framerate=np.array(0.))
 bad('rates.npz', mocap_framerate=np.array([30., 60.]))
 bad('noposes.npz', poses=None)
+import zipfile
+def raw(name, header, data=bytes(16), version=1, length=None, method=zipfile.ZIP_STORED):
+    length = (len(header) if length is None else length).to_bytes(2 if version == 1 else 4, 'little')
+    with zipfile.ZipFile(name, 'w', method) as archive:
+        archive.writestr('poses.npy', b'\x93NUMPY' + bytes([version, 0]) + length + header.encode() + data)
+start = "{'descr': '<f8', 'fortran_order': False, "
+raw('version.npz', start + "'shape': (2,)}", version=3)
+raw('long.npz', start + "'shape': (2,)}", length=9999)
+raw('huge.npz', start + "'shape': (4000000000, 4000000000, 4000000000)}")
+raw('more.npz', start + "'shape': (1000000000, 66)}")
+raw('negative.npz', start + "'shape': (-2,)}")
+raw('open.npz', start + "'shape': (2,")
+raw('shapeless.npz', start + "}")
+raw('key.npz', start + "'shape': (2,), 'x': 1}")
+raw('method.npz', start + "'shape': (2,)}", method=zipfile.ZIP_BZIP2)
+raw('second.npz', "{'descr': '<f8', 'fortran_order': False, 'shape': (2,)}", version=2)
 np.savez_compressed('types.npz', f4=np.array([[1.5, -2]], 'f4'), i1=np.array([-3], 'i1'), u2=np.array([65535], 'u2'),
                     i8=np.array(-5), u8=np.array([7], 'u8'), none=np.zeros((0, 3)))
 )";
@@ -190,7 +206,17 @@ TEST_CASE("malformed AMASS archives are refused with file, array and value")
         {"norate", "has no array \"mocap_framerate\""},
         {"rate", "\"mocap_framerate\" is 0"},
         {"rates", "\"mocap_framerate\" has 2 values instead of 1"},
-        {"noposes", "has no array \"poses\""}};
+        {"noposes", "has no array \"poses\""},
+        {"version", "is a .npy array of version 3"},
+        {"long", "its array header has 9999 bytes, 71 are there"},
+        {"huge", "its shape is too large"},
+        {"more", "has 16 bytes of numbers, its shape needs 528000000000"},
+        {"negative", "its array header breaks off or is malformed at character 51"},
+        {"open", "its array header breaks off or is malformed"},
+        {"shapeless", "its array header breaks off or is malformed"},
+        {"key", "its array header breaks off or is malformed"},
+        {"method", "is packed by zip method 12, not stored or deflated"},
+        {"second", "\"poses\" has the shape (2), (frames"}};
     for (const auto& [name, message] : messages) {
         INFO(name);
         const std::string path = folder.file(name + ".npz");
