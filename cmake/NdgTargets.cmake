@@ -57,6 +57,9 @@ function(ndg_test name)
   add_executable(test_${name} ${sources})
   target_link_libraries(test_${name} PRIVATE ndg_flags ndg_test_support ${ARGN})
   add_test(NAME ${name} COMMAND test_${name})
+  if(NDG_DATA)  # at run time, so that another data folder compiles nothing anew
+    set_tests_properties(${name} PROPERTIES ENVIRONMENT "NDG_DATA=${NDG_DATA}")
+  endif()
 endfunction()
 
 # ndg_bench(<name> <links>): bench/<name>.cpp, target bench_<name>.

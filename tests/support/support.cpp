@@ -191,7 +191,7 @@ TemporaryFolder::~TemporaryFolder()
 std::string data_folder()
 {
     const char* variable = std::getenv("NDG_DATA");
-    std::string folder = variable != nullptr ? variable : NDG_TEST_DATA;
+    std::string folder = variable != nullptr ? variable : "";
     if (folder.empty() || !std::filesystem::is_directory(folder)) {
         std::cout << "Skipped: there is no folder of real data (set NDG_DATA)" << std::endl;
         return "";
