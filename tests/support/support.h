@@ -20,7 +20,8 @@ private:
     std::string path_;
 };
 
-/// Folder of real data (environment NDG_DATA, which ctest sets from CMake's NDG_DATA), "" if there is none; prints one line then.
+/// Folder of real data (environment NDG_DATA, which ctest sets from CMake's NDG_DATA), "" if there is none; prints one
+/// line then.
 std::string data_folder();
 
 /// Runs a command, returns its exit code and both streams.
