@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ndg/body_build/make_template.h"
-#include "ndg/body_build/makehuman.h"
+#include "ndg/body_source/makehuman.h"
 #include "ndg/core/error.h"
 #include "ndg/core/tool.h"
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // The real body: MakeHuman's surface, template and layers. Skips without a data folder.
-#include "ndg/body_build/body_sampling.h"
+#include "ndg/body_source/body_sampling.h"
 #include "ndg/body_build/layers.h"
 #include "ndg/body_build/make_template.h"
-#include "ndg/body_build/makehuman.h"
+#include "ndg/body_source/makehuman.h"
 #include "ndg/core/error.h"
 #include "ndg/geometry/closest_point.h"
 #include "ndg/geometry/triangle_mesh.h"

@@ -126,3 +126,30 @@ TEST_CASE("winding number is one inside and zero outside")
         if (radius < 0.98 || radius > 1.0) CHECK(inside[i] == Approx(radius < 1.0 ? 1.0 : 0.0).margin(1e-12));
     }
 }
+
+TEST_CASE("the sign of the distance is that of the winding number")
+{
+    // A sphere with deep dents: closest points on faces, edges and vertices, convex and concave.
+    Surface star = test::icosphere(1.0, 3);
+    for (Eigen::Index v = 0; v < star.vertices.rows(); ++v) {
+        const Eigen::RowVector3d d = star.vertices.row(v);
+        star.vertices.row(v) *= 1.0 + 0.45 * std::sin(7.0 * d.x()) * std::cos(6.0 * d.y()) + 0.1 * std::sin(9.0 * d.z());
+    }
+    const TriangleTree tree(star.vertices, star.triangles);
+    Random random(34, "sign");
+    Points points(600, 3);
+    for (Eigen::Index i = 0; i < points.rows(); ++i) points.row(i) = random_point(random, 1.5).transpose();
+    const Eigen::VectorXd winding = winding_numbers(star.vertices, star.triangles, points);
+    int on_vertices = 0, on_edges = 0;
+    for (Eigen::Index i = 0; i < points.rows(); ++i) {
+        ClosestPoint nearest;
+        const double distance = tree.signed_distance(points.row(i).transpose(), &nearest);
+        CHECK((distance < 0.0) == (winding[i] > 0.5));
+        CHECK(std::abs(distance) == Approx(nearest.distance));
+        const auto zeros = (nearest.barycentric.array() <= 0.0).count();
+        on_edges += zeros == 1;
+        on_vertices += zeros == 2;
+    }
+    CHECK(on_edges > 30);
+    CHECK(on_vertices > 30);
+}

@@ -3,7 +3,7 @@
 
 #include "ndg/body_build/bone_interior.h"
 #include "ndg/body_build/inner_surface.h"
-#include "ndg/body_build/parametric_surface.h"
+#include "ndg/body_source/parametric_surface.h"
 #include "ndg/core/error.h"
 #include "ndg/core/progress.h"
 #include "ndg/geometry/prism.h"

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "ndg/body/template.h"
-#include "ndg/body_build/parametric_surface.h"
+#include "ndg/body_source/parametric_surface.h"
 
 namespace ndg {
 

@@ -131,6 +131,10 @@ struct TriangleTree::State {
     std::vector<Node> nodes;
     std::vector<Corners> corners;  ///< in leaf order
     std::vector<int> triangle_of_leaf_slot;
+    Triangles triangles;
+    Points face_normals;    ///< unit
+    Points vertex_normals;  ///< angle-weighted, not normalised
+    Points edge_normals;    ///< row 3 t + k: sum over the triangles of edge (k, k + 1) of triangle t
 
     int build(std::vector<int>& order, int first, int count, const std::vector<Corners>& all)
     {
@@ -170,6 +174,7 @@ struct TriangleTree::State {
         nodes[static_cast<std::size_t>(node_idx)] = node;
         return node_idx;
     }
+    void make_pseudonormals(const Eigen::Ref<const Points>& vertices);
 };
 
 TriangleTree::TriangleTree(const Eigen::Ref<const Points>& vertices, const Eigen::Ref<const Triangles>& triangles)
@@ -193,6 +198,42 @@ TriangleTree::TriangleTree(const Eigen::Ref<const Points>& vertices, const Eigen
     state.corners.reserve(count);
     for (const int triangle : state.triangle_of_leaf_slot) {
         state.corners.push_back(all[static_cast<std::size_t>(triangle)]);
+    }
+    state.triangles = triangles;
+    state.make_pseudonormals(vertices);
+}
+
+/// Normals of faces, edges and vertices; a flat triangle has none and adds nothing.
+void TriangleTree::State::make_pseudonormals(const Eigen::Ref<const Points>& vertices)
+{
+    const Eigen::Index count = triangles.rows();
+    face_normals = Points::Zero(count, 3);
+    vertex_normals = Points::Zero(vertices.rows(), 3);
+    edge_normals = Points::Zero(3 * count, 3);
+    std::vector<std::array<int, 3>> edges;  // smaller vertex, larger vertex, 3 t + k
+    edges.reserve(static_cast<std::size_t>(3 * count));
+    for (Eigen::Index t = 0; t < count; ++t) {
+        std::array<Eigen::Vector3d, 3> corner;
+        for (int k = 0; k < 3; ++k) corner[static_cast<std::size_t>(k)] = vertices.row(triangles(t, k)).transpose();
+        const Eigen::Vector3d cross = (corner[1] - corner[0]).cross(corner[2] - corner[0]);
+        if (cross.norm() > 0.0) face_normals.row(t) = cross.normalized().transpose();
+        for (int k = 0; k < 3; ++k) {
+            const Eigen::Vector3d& at = corner[static_cast<std::size_t>(k)];
+            const Eigen::Vector3d to_next = corner[static_cast<std::size_t>((k + 1) % 3)] - at;
+            const Eigen::Vector3d to_last = corner[static_cast<std::size_t>((k + 2) % 3)] - at;
+            const double angle = std::atan2(to_next.cross(to_last).norm(), to_next.dot(to_last));
+            vertex_normals.row(triangles(t, k)) += angle * face_normals.row(t);
+            const auto [low, high] = std::minmax(triangles(t, k), triangles(t, (k + 1) % 3));
+            edges.push_back({low, high, static_cast<int>(3 * t) + k});
+        }
+    }
+    std::sort(edges.begin(), edges.end());
+    for (std::size_t first = 0; first < edges.size();) {
+        std::size_t end = first;
+        Eigen::RowVector3d sum = Eigen::RowVector3d::Zero();
+        for (; end < edges.size() && edges[end][0] == edges[first][0] && edges[end][1] == edges[first][1]; ++end)
+            sum += face_normals.row(edges[end][2] / 3);
+        for (; first < end; ++first) edge_normals.row(edges[first][2]) = sum;
     }
 }
 
@@ -242,6 +283,27 @@ ClosestPoint TriangleTree::closest(const Eigen::Vector3d& point) const
     }
     best.distance = std::sqrt(best_squared);
     return best;
+}
+
+double TriangleTree::signed_distance(const Eigen::Vector3d& point, ClosestPoint* nearest) const
+{
+    const ClosestPoint found = closest(point);
+    if (nearest) *nearest = found;
+    // Which feature of the triangle the closest point lies on: as many zero coordinates as it lacks dimensions.
+    int zeros = 0, zero = 0, largest = 0;
+    for (int k = 0; k < 3; ++k) {
+        if (found.barycentric[k] <= 0.0) {
+            ++zeros;
+            zero = k;
+        }
+        if (found.barycentric[k] > found.barycentric[largest]) largest = k;
+    }
+    const State& state = *state_;
+    const Eigen::Index t = found.triangle_idx;
+    Eigen::RowVector3d normal = state.face_normals.row(t);
+    if (zeros == 1) normal = state.edge_normals.row(3 * t + (zero + 1) % 3);
+    if (zeros == 2) normal = state.vertex_normals.row(state.triangles(t, largest));
+    return normal.dot((point - found.point).transpose()) < 0.0 ? -found.distance : found.distance;
 }
 
 Eigen::VectorXd winding_numbers(const Eigen::Ref<const Points>& vertices, const Eigen::Ref<const Triangles>& triangles,

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "ndg/body/template.h"
-#include "ndg/body_build/makehuman.h"
+#include "ndg/body_source/makehuman.h"
 
 #include <cstdint>
 #include <string>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "ndg/body_build/makehuman_rig.h"
+#include "ndg/body_source/makehuman_rig.h"
 
 #include "ndg/body/skeleton.h"
 #include "ndg/core/error.h"

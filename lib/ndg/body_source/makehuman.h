@@ -2,7 +2,7 @@
 // MakeHuman's parametric body (CC0): base mesh, macro targets, rig and weights, on our skeleton and in our units.
 #pragma once
 
-#include "ndg/body_build/parametric_surface.h"
+#include "ndg/body_source/parametric_surface.h"
 #include "ndg/core/types.h"
 
 #include <memory>

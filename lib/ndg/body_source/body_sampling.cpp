@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "ndg/body_build/body_sampling.h"
+#include "ndg/body_source/body_sampling.h"
 
 #include "ndg/core/error.h"
 #include "ndg/core/random.h"

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "ndg/body_build/makehuman.h"
+#include "ndg/body_source/makehuman.h"
 
-#include "ndg/body_build/makehuman_files.h"
-#include "ndg/body_build/makehuman_rig.h"
+#include "ndg/body_source/makehuman_files.h"
+#include "ndg/body_source/makehuman_rig.h"
 #include "ndg/core/error.h"
 #include "ndg/io/mesh.h"
 
