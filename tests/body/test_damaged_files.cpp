@@ -15,10 +15,11 @@ TEST_CASE("Damaged templates are refused", "[files]")
     Template tube = tube_template(5, 6);
     tube.source_vertices = RowMatrixI::Zero(tube.rest.skin_vertices.rows(), 3);
     tube.source_barycentric = RowMatrix::Constant(tube.rest.skin_vertices.rows(), 3, 1.0 / 3.0);
+    tube.source_joint_offsets = Points::Zero(num_standard_joints, 3);
     write_template(path, tube, example_provenance());
     const std::vector<Damage> damages = {
         {"f.attrs['format'] = 'ndg-bodies'", {"ndg-bodies", "ndg-template"}},
-        {"f.attrs['format_version'] = 2", {"2"}},
+        {"f.attrs['format_version'] = 77", {"2"}},
         {"del f['/skin/vertices']", {"/skin/vertices"}},
         {"f['/skin/vertices'][3, 1] = np.nan", {"/skin/vertices", "nan"}},
         {"f['/skin/triangles'][7, 2] = 32", {"/skin/triangles", "32"}},

@@ -36,10 +36,23 @@ void check_template(const Template& a, const Template& b)
     for (std::size_t i = 0; i < a.anatomy_parts.size(); ++i) {
         CHECK(a.anatomy_parts[i].name == b.anatomy_parts[i].name);
         CHECK(a.anatomy_parts[i].layer == b.anatomy_parts[i].layer);
+        CHECK(a.anatomy_parts[i].side == b.anatomy_parts[i].side);
+        CHECK(a.anatomy_parts[i].fma_id == b.anatomy_parts[i].fma_id);
         CHECK(a.anatomy_parts[i].vertex_begin == b.anatomy_parts[i].vertex_begin);
         CHECK(a.anatomy_parts[i].vertex_end == b.anatomy_parts[i].vertex_end);
         CHECK(a.anatomy_parts[i].triangle_begin == b.anatomy_parts[i].triangle_begin);
         CHECK(a.anatomy_parts[i].triangle_end == b.anatomy_parts[i].triangle_end);
+    }
+    CHECK(a.skin_region_names == b.skin_region_names);
+    CHECK(a.skin_regions == b.skin_regions);
+    CHECK(a.source_joint_offsets == b.source_joint_offsets);
+    CHECK(a.anatomy_weights.joints == b.anatomy_weights.joints);
+    CHECK(a.anatomy_weights.weights == b.anatomy_weights.weights);
+    REQUIRE(a.landmarks.size() == b.landmarks.size());
+    for (std::size_t i = 0; i < a.landmarks.size(); ++i) {
+        CHECK(a.landmarks[i].name == b.landmarks[i].name);
+        CHECK(a.landmarks[i].skin_triangle_idx == b.landmarks[i].skin_triangle_idx);
+        CHECK(a.landmarks[i].barycentric == b.landmarks[i].barycentric);
     }
     CHECK(a.embedding.elements == b.embedding.elements);
     CHECK(a.embedding.vertices == b.embedding.vertices);
@@ -61,14 +74,14 @@ double largest_difference(const Points& a, const Points& b)
 }
 
 /// Opens a file by h5py and compares the attributes every file has and the shapes given as {"/path": (n, ...)}.
-void check_by_h5py(const std::string& path, const std::string& format, const std::string& shapes)
+void check_by_h5py(const std::string& path, const std::string& format, const std::string& shapes, int version = 1)
 {
     run_python(fmt::format(R"(
 import json
 with h5py.File('{}', 'r') as f:
     attributes = dict(f.attrs)
     assert attributes['format'] == '{}', attributes
-    assert attributes['format_version'] == 1, attributes
+    assert attributes['format_version'] == {}, attributes
     assert attributes['units'] == 'm' and attributes['up_axis'] == 'y', attributes
     created_by = json.loads(attributes['created_by'])
     assert created_by['tool'] == 'test-body' and 'version' in created_by and 'commit' in created_by, created_by
@@ -84,7 +97,7 @@ with h5py.File('{}', 'r') as f:
         if f[name].dtype.kind == 'f':
             assert np.isfinite(f[name][...]).all(), name
 )",
-                           path, format, shapes));
+                           path, format, version, shapes));
 }
 
 }  // namespace
@@ -97,6 +110,15 @@ TEST_CASE("Templates come back from their file exactly", "[files]")
     const Eigen::Index num_skin = tube.rest.skin_vertices.rows();
     tube.source_vertices = RowMatrixI::Constant(num_skin, 3, 17);
     tube.source_barycentric = RowMatrix::Constant(num_skin, 3, 1.0 / 3.0);
+    tube.source_joint_offsets = Points::Constant(num_standard_joints, 3, 0.01);
+    tube.skin_region_names = {"body", "head"};
+    tube.skin_regions.assign(static_cast<std::size_t>(tube.skin_triangles.rows()), 1);
+    tube.landmarks = {{"top", 3, {0.2, 0.3, 0.5}}};
+    tube.anatomy_parts[1].fma_id = 22431;
+    tube.anatomy_parts[1].side = "left";
+    tube.embedding.elements[5] = -1;
+    tube.embedding.weights.row(5).setZero();
+    tube.embedding.vertices.row(5).setZero();
     write_template(path, tube, example_provenance());
     const Template back = read_template(path);
     check_template(back, tube);
@@ -111,7 +133,11 @@ TEST_CASE("Templates come back from their file exactly", "[files]")
                   " '/anatomy/part_names': (2,), '/anatomy/part_layers': (2,), '/anatomy/part_ranges': (2, 4),"
                   " '/anatomy/embedding_elements': (64,), '/anatomy/embedding_vertices': (64, 6),"
                   " '/anatomy/embedding_weights': (64, 6), '/anatomy/embedding_distances': (64,),"
-                  " '/source/vertices': (32, 3), '/source/barycentric': (32, 3)}");
+                  " '/anatomy/part_sides': (2,), '/anatomy/part_fma_ids': (2,), '/anatomy/weight_joints': (64, 8),"
+                  " '/anatomy/weights': (64, 8), '/skin/regions': (60,), '/skin/region_names': (2,),"
+                  " '/landmarks/names': (1,), '/landmarks/skin_triangles': (1,), '/landmarks/barycentric': (1, 3),"
+                  " '/source/vertices': (32, 3), '/source/barycentric': (32, 3), '/source/joint_offsets': (60, 3)}",
+                  2);
 }
 
 TEST_CASE("A template without source, anatomy and bone interior is a template", "[files]")
@@ -122,6 +148,7 @@ TEST_CASE("A template without source, anatomy and bone interior is a template", 
     tube.anatomy_triangles.resize(0, 3);
     tube.anatomy_parts.clear();
     tube.embedding = Embedding();
+    tube.anatomy_weights = SkinningWeights();
     tube.tetrahedra.resize(0, 4);
     tube.rest.interior_vertices.resize(0, 3);
     tube.interior_weights = SkinningWeights();

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "support/support.h"
 
+#include "ndg/body/anatomy.h"
 #include "ndg/core/error.h"
 
 #include <sys/wait.h>
@@ -171,6 +172,8 @@ void add_anatomy(Template& tube)
                           {"muscle", "muscle", num_vertices, 2 * num_vertices, num_triangles, 2 * num_triangles}};
     tube.embedding = embed_points(tube.anatomy_vertices, tube.rest.volume_vertices, tube.prisms,
                                   tube.rest.interior_vertices, tube.tetrahedra, tube.num_wrap_vertices());
+    tube.anatomy_weights =
+        embedded_weights(tube.embedding, tube.volume_weights(), tube.interior_weights, tube.skeleton.num_joints());
 }
 
 }  // namespace

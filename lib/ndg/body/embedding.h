@@ -10,7 +10,7 @@ namespace ndg {
 
 /// Each embedded vertex is a fixed combination of at most six volume vertices.
 struct Embedding {
-    /// N_a: prism index p, or N_p + tetrahedron index.
+    /// N_a: prism index p, or N_p + tetrahedron index, or -1 for a vertex that is not embedded (its weights are zero).
     std::vector<int> elements;
     /// N_a x 6 vertex indices into [volume vertices; interior vertices]; unused columns 0 with weight 0.
     Eigen::Matrix<int, Eigen::Dynamic, 6, Eigen::RowMajor> vertices;

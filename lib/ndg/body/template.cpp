@@ -14,7 +14,7 @@ namespace ndg {
 namespace {
 
 constexpr const char* format_name = "ndg-template";
-constexpr int format_version = 1;
+constexpr int format_version = 2;
 /// How far rows of weights may be from summing to one.
 constexpr double sum_tolerance = 1e-6;
 
@@ -25,9 +25,9 @@ void write_weights(H5Writer& writer, const std::string& group, const SkinningWei
                  Storage::float64);
 }
 
-/// Every row non-negative but for `slack`, and summing to one.
+/// Every row non-negative but for `slack`, and summing to one; to zero where `elements` is -1.
 void check_weight_rows(const H5Reader& reader, const std::string& dataset, const Eigen::Ref<const RowMatrix>& weights,
-                       double slack)
+                       double slack, const std::vector<int>* elements = nullptr)
 {
     for (Eigen::Index i = 0; i < weights.rows(); ++i) {
         double sum = 0.0;
@@ -37,8 +37,9 @@ void check_weight_rows(const H5Reader& reader, const std::string& dataset, const
                           weights(i, k));
             sum += weights(i, k);
         }
-        require_input(std::abs(sum - 1.0) <= sum_tolerance, "{}: {}[{}] sums to {} instead of 1", reader.path(),
-                      dataset, i, sum);
+        const double expected = elements && (*elements)[static_cast<std::size_t>(i)] < 0 ? 0.0 : 1.0;
+        require_input(std::abs(sum - expected) <= sum_tolerance, "{}: {}[{}] sums to {} instead of {}", reader.path(),
+                      dataset, i, sum, expected);
     }
 }
 
@@ -72,13 +73,16 @@ Skeleton read_skeleton(const H5Reader& reader)
 
 void write_anatomy(H5Writer& writer, const Template& body_template)
 {
-    std::vector<std::string> names, layers;
+    std::vector<std::string> names, layers, sides;
+    std::vector<int> fma_ids;
     RowMatrixI ranges(static_cast<Eigen::Index>(body_template.anatomy_parts.size()), 4);
     for (const AnatomyPart& part : body_template.anatomy_parts) {
         const auto row = static_cast<Eigen::Index>(names.size());
         ranges.row(row) << part.vertex_begin, part.vertex_end, part.triangle_begin, part.triangle_end;
         names.push_back(part.name);
         layers.push_back(part.layer);
+        sides.push_back(part.side);
+        fma_ids.push_back(part.fma_id);
     }
     const Embedding& embedding = body_template.embedding;
     writer.write("/anatomy/vertices", body_template.anatomy_vertices, "rest positions of the anatomy, m",
@@ -86,15 +90,18 @@ void write_anatomy(H5Writer& writer, const Template& body_template)
     writer.write("/anatomy/triangles", body_template.anatomy_triangles, "indices into /anatomy/vertices");
     writer.write("/anatomy/part_names", names, "names of the parts");
     writer.write("/anatomy/part_layers", layers, "bone or muscle, for each part");
+    writer.write("/anatomy/part_sides", sides, "left, right or middle, for each part");
+    writer.write("/anatomy/part_fma_ids", fma_ids, "Foundational Model of Anatomy id of each part, 0 for none");
     writer.write("/anatomy/part_ranges", ranges, "vertex begin, vertex end, triangle begin, triangle end of each part");
     writer.write("/anatomy/embedding_elements", embedding.elements,
-                 "prism of each anatomy vertex, or number of prisms + tetrahedron");
+                 "prism of each anatomy vertex, or number of prisms + tetrahedron; -1: skinned, not embedded");
     writer.write("/anatomy/embedding_vertices", embedding.vertices,
                  "indices into volume vertices followed by bone interior vertices, unused columns 0");
-    writer.write("/anatomy/embedding_weights", embedding.weights, "weights of those vertices, rows sum to one",
-                 Storage::float64);
+    writer.write("/anatomy/embedding_weights", embedding.weights,
+                 "weights of those vertices, rows sum to one (to zero where skinned)", Storage::float64);
     writer.write("/anatomy/embedding_distances", embedding.distances,
                  "distance of each anatomy vertex to its element, m, 0 inside");
+    write_weights(writer, "/anatomy", body_template.anatomy_weights, "anatomy");
 }
 
 void read_anatomy_parts(const H5Reader& reader, Template& result)
@@ -102,12 +109,18 @@ void read_anatomy_parts(const H5Reader& reader, Template& result)
     const std::vector<std::string> names = reader.read_strings("/anatomy/part_names");
     const auto count = static_cast<std::int64_t>(names.size());
     const std::vector<std::string> layers = reader.read_strings("/anatomy/part_layers", count);
+    const std::vector<std::string> sides = reader.read_strings("/anatomy/part_sides", count);
+    const std::vector<int> fma_ids =
+        reader.read_ints("/anatomy/part_fma_ids", count, 0, std::numeric_limits<int>::max());
     const RowMatrixI ranges =
         reader.read_int_matrix("/anatomy/part_ranges", count, 4, 0, std::numeric_limits<int>::max());
     for (Eigen::Index i = 0; i < count; ++i) {
         const auto p = static_cast<std::size_t>(i);
         require_input(layers[p] == "bone" || layers[p] == "muscle",
                       "{}: /anatomy/part_layers[{}] is \"{}\", neither bone nor muscle", reader.path(), p, layers[p]);
+        require_input(sides[p] == "left" || sides[p] == "right" || sides[p] == "middle",
+                      "{}: /anatomy/part_sides[{}] is \"{}\", neither left nor right nor middle", reader.path(), p,
+                      sides[p]);
         require_input(ranges(i, 0) <= ranges(i, 1) && ranges(i, 1) <= result.anatomy_vertices.rows() &&
                           ranges(i, 2) <= ranges(i, 3) && ranges(i, 3) <= result.anatomy_triangles.rows(),
                       "{}: /anatomy/part_ranges[{}] is {}..{} and {}..{}, outside of {} vertices and {} triangles",
@@ -121,7 +134,8 @@ void read_anatomy_parts(const H5Reader& reader, Template& result)
                               vertex, names[p]);
             }
         }
-        result.anatomy_parts.push_back({names[p], layers[p], ranges(i, 0), ranges(i, 1), ranges(i, 2), ranges(i, 3)});
+        result.anatomy_parts.push_back(
+            {names[p], layers[p], ranges(i, 0), ranges(i, 1), ranges(i, 2), ranges(i, 3), fma_ids[p], sides[p]});
     }
 }
 
@@ -135,15 +149,58 @@ void read_anatomy(const H5Reader& reader, Template& result)
     Embedding& embedding = result.embedding;
     const auto num_elements = static_cast<int>(result.prisms.rows() + result.tetrahedra.rows());
     const auto num_vertices = static_cast<int>(result.num_volume_vertices() + result.rest.interior_vertices.rows());
-    embedding.elements = reader.read_ints("/anatomy/embedding_elements", count, 0, num_elements - 1);
+    embedding.elements = reader.read_ints("/anatomy/embedding_elements", count, -1, num_elements - 1);
     embedding.vertices = reader.read_int_matrix("/anatomy/embedding_vertices", count, 6, 0, num_vertices - 1);
     embedding.weights = reader.read_matrix("/anatomy/embedding_weights", count, 6);
-    check_weight_rows(reader, "/anatomy/embedding_weights", embedding.weights, sum_tolerance);
+    check_weight_rows(reader, "/anatomy/embedding_weights", embedding.weights, sum_tolerance, &embedding.elements);
     embedding.distances = reader.read_doubles("/anatomy/embedding_distances", count);
     for (std::size_t i = 0; i < embedding.distances.size(); ++i) {
         require_input(embedding.distances[i] >= 0.0, "{}: /anatomy/embedding_distances[{}] is {}, below zero",
                       reader.path(), i, embedding.distances[i]);
     }
+    result.anatomy_weights = read_weights(reader, "/anatomy", count, result.skeleton.num_joints());
+}
+
+void write_skin(H5Writer& writer, const Template& body_template)
+{
+    writer.write("/skin/vertices", body_template.rest.skin_vertices, "rest positions of the whole skin, m",
+                 Storage::float64);
+    writer.write("/skin/triangles", body_template.skin_triangles, "indices into /skin/vertices, outward");
+    write_weights(writer, "/skin", body_template.skin_weights, "skin");
+    writer.write("/skin/region_names", body_template.skin_region_names,
+                 "regions of the skin, the volumetric one first");
+    writer.write("/skin/regions", body_template.skin_regions, "region of each triangle");
+    std::vector<std::string> names;
+    std::vector<int> triangles;
+    RowMatrix barycentric(static_cast<Eigen::Index>(body_template.landmarks.size()), 3);
+    for (const Landmark& landmark : body_template.landmarks) {
+        barycentric.row(static_cast<Eigen::Index>(names.size())) = landmark.barycentric.transpose();
+        names.push_back(landmark.name);
+        triangles.push_back(landmark.skin_triangle_idx);
+    }
+    writer.write("/landmarks/names", names, "named points of the skin");
+    writer.write("/landmarks/skin_triangles", triangles, "skin triangle of each landmark");
+    writer.write("/landmarks/barycentric", barycentric, "barycentric coordinates on it", Storage::float64);
+}
+
+void read_skin(const H5Reader& reader, Template& result)
+{
+    result.rest.skin_vertices = reader.read_matrix("/skin/vertices", -1, 3);
+    const Eigen::Index num_skin = result.rest.skin_vertices.rows();
+    result.skin_triangles = reader.read_int_matrix("/skin/triangles", -1, 3, 0, static_cast<int>(num_skin) - 1);
+    result.skin_weights = read_weights(reader, "/skin", num_skin, result.skeleton.num_joints());
+    const auto num_triangles = static_cast<std::int64_t>(result.skin_triangles.rows());
+    result.skin_region_names = reader.read_strings("/skin/region_names");
+    const auto num_regions = static_cast<int>(result.skin_region_names.size());
+    result.skin_regions = reader.read_ints("/skin/regions", num_regions > 0 ? num_triangles : 0, 0, num_regions - 1);
+    const std::vector<std::string> names = reader.read_strings("/landmarks/names");
+    const auto count = static_cast<std::int64_t>(names.size());
+    const std::vector<int> triangles =
+        reader.read_ints("/landmarks/skin_triangles", count, 0, static_cast<int>(num_triangles) - 1);
+    const RowMatrix barycentric = reader.read_matrix("/landmarks/barycentric", count, 3);
+    check_weight_rows(reader, "/landmarks/barycentric", barycentric, sum_tolerance);
+    for (std::size_t i = 0; i < names.size(); ++i)
+        result.landmarks.push_back({names[i], triangles[i], barycentric.row(static_cast<Eigen::Index>(i)).transpose()});
 }
 
 void read_volume(const H5Reader& reader, Template& result)
@@ -194,6 +251,8 @@ void read_source(const H5Reader& reader, Template& result)
     result.source_vertices = reader.read_int_matrix("/source/vertices", rows, 3, 0, std::numeric_limits<int>::max());
     result.source_barycentric = reader.read_matrix("/source/barycentric", rows, 3);
     check_weight_rows(reader, "/source/barycentric", result.source_barycentric, sum_tolerance);
+    result.source_joint_offsets =
+        reader.read_matrix("/source/joint_offsets", has_source ? result.skeleton.num_joints() : 0, 3);
 }
 
 }  // namespace
@@ -231,9 +290,7 @@ void write_template(const std::string& path, const Template& body_template, cons
     writer.write("/skeleton/joint_positions", rest.joint_positions, "rest positions of the joints, m",
                  Storage::float64);
 
-    writer.write("/skin/vertices", rest.skin_vertices, "rest positions of the whole skin, m", Storage::float64);
-    writer.write("/skin/triangles", body_template.skin_triangles, "indices into /skin/vertices, outward");
-    write_weights(writer, "/skin", body_template.skin_weights, "skin");
+    write_skin(writer, body_template);
 
     writer.write("/volume/wrap_to_skin", body_template.wrap_to_skin, "skin vertex of each wrap vertex");
     writer.write("/volume/wrap_triangles", body_template.wrap_triangles, "indices into one wrap, outward");
@@ -256,6 +313,8 @@ void write_template(const std::string& path, const Template& body_template, cons
                  "vertices of the parametric source's base mesh under each skin vertex");
     writer.write("/source/barycentric", has_source ? body_template.source_barycentric : RowMatrix(0, 3),
                  "barycentric coordinates on them", Storage::float64);
+    writer.write("/source/joint_offsets", has_source ? body_template.source_joint_offsets : Points(0, 3),
+                 "from the source's own joints to those of the template body, m", Storage::float64);
     writer.commit();
 }
 
@@ -266,10 +325,7 @@ Template read_template(const std::string& path)
     result.rest.name = reader.attribute("body_name");
     result.skeleton = read_skeleton(reader);
     result.rest.joint_positions = reader.read_matrix("/skeleton/joint_positions", num_standard_joints, 3);
-    result.rest.skin_vertices = reader.read_matrix("/skin/vertices", -1, 3);
-    const Eigen::Index num_skin = result.rest.skin_vertices.rows();
-    result.skin_triangles = reader.read_int_matrix("/skin/triangles", -1, 3, 0, static_cast<int>(num_skin) - 1);
-    result.skin_weights = read_weights(reader, "/skin", num_skin, num_standard_joints);
+    read_skin(reader, result);
     read_volume(reader, result);
     read_anatomy(reader, result);
     read_source(reader, result);

@@ -28,12 +28,25 @@ struct AnatomyPart {
     std::string name;
     std::string layer;  ///< "bone" or "muscle"
     int vertex_begin = 0, vertex_end = 0, triangle_begin = 0, triangle_end = 0;
+    int fma_id = 0;               ///< Foundational Model of Anatomy; 0 for none
+    std::string side = "middle";  ///< "left", "right" or "middle"
+};
+
+/// A named point of the skin.
+struct Landmark {
+    std::string name;
+    int skin_triangle_idx = 0;
+    Eigen::Vector3d barycentric = {1.0, 0.0, 0.0};
 };
 
 struct Template {
     Skeleton skeleton;
-    Triangles skin_triangles;          ///< whole skin, indices into skin_vertices
-    SkinningWeights skin_weights;      ///< N_s rows
+    Triangles skin_triangles;      ///< whole skin, indices into skin_vertices
+    SkinningWeights skin_weights;  ///< N_s rows
+    /// Names of the skin's regions, the volumetric one first; may be empty, then so is skin_regions.
+    std::vector<std::string> skin_region_names;
+    std::vector<int> skin_regions;     ///< T_s, indices into skin_region_names
+    std::vector<Landmark> landmarks;   ///< on the skin
     std::vector<int> wrap_to_skin;     ///< N_w: skin vertex of each wrap vertex
     Triangles wrap_triangles;          ///< T_w x 3, indices into one wrap, 0..N_w-1 (the volumetric region)
     Prisms prisms;                     ///< N_p = 2 T_w rows into volume vertices: muscle layer first, then fat layer
@@ -41,14 +54,18 @@ struct Template {
     SkinningWeights interior_weights;  ///< N_i rows
     Triangles anatomy_triangles;
     std::vector<AnatomyPart> anatomy_parts;
-    Embedding embedding;      ///< of the anatomy vertices
-    Points anatomy_vertices;  ///< N_a x 3, of the template body
-    Body rest;                ///< the template body itself
+    /// Of the anatomy vertices; element -1 for those beyond the cuts, which are skinned with anatomy_weights.
+    Embedding embedding;
+    SkinningWeights anatomy_weights;  ///< N_a rows
+    Points anatomy_vertices;          ///< N_a x 3, of the template body
+    Body rest;                        ///< the template body itself
 
     /// Where skin vertices come from, so that a parametric source can pose as this tessellation: barycentric points on
     /// the source's base mesh. Empty for a template that has none.
     RowMatrixI source_vertices;    ///< N_s x 3 base-mesh vertices
     RowMatrix source_barycentric;  ///< N_s x 3
+    /// J x 3, from the source's own joints to those of the template body (which follow the bones), m.
+    Points source_joint_offsets;
 
     /// SHA-256 of the file this template was read from; empty for one made in memory.
     std::string file_sha256;

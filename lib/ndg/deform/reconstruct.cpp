@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ndg/deform/reconstruct.h"
 
+#include "ndg/body/anatomy.h"
 #include "ndg/core/error.h"
 #include "ndg/core/progress.h"
 #include "ndg/deform/anatomy_file.h"
@@ -37,8 +38,8 @@ DeformationSet reconstruct_samples(const Template& body_template, const BodySet&
         const Points vertices = rest.poisson(pair.body_idx).reconstruct(sample, poser.bone_wrap(body, world_from_rest));
         set.add(pair, gradients.pair_splits()[static_cast<std::size_t>(i)], vertices);
         if (anatomy) {
-            anatomy->write(i,
-                           apply_embedding(body_template.embedding, vertices, poser.interior(body, world_from_rest)));
+            anatomy->write(i, deformed_anatomy(body_template, anatomy_at_rest(body_template, body), vertices,
+                                               poser.interior(body, world_from_rest), world_from_rest));
         }
         progress.advance();
     }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ndg/scene/body_layers.h"
 
+#include "ndg/body/anatomy.h"
 #include "ndg/core/error.h"
 #include "ndg/scene/colour_map.h"
 
@@ -56,18 +57,11 @@ Layer gather_anatomy(const std::string& name, const std::string& kind, const Tem
     return layer;
 }
 
-Points embedded_anatomy(const Template& body_template, const Points& volume_vertices, const Points& interior_vertices)
-{
-    if (body_template.anatomy_parts.empty()) return Points(0, 3);
-    return apply_embedding(body_template.embedding, volume_vertices, interior_vertices);
-}
-
 }  // namespace
 
 BodyGeometry rest_geometry(const Template& body_template, const Body& body)
 {
-    return {body.skin_vertices, body.volume_vertices,
-            embedded_anatomy(body_template, body.volume_vertices, body.interior_vertices), 0.0};
+    return {body.skin_vertices, body.volume_vertices, anatomy_at_rest(body_template, body), 0.0};
 }
 
 BodyGeometry posed_geometry(const BodyPoser& poser, const Body& body, const Pose& pose,
@@ -80,7 +74,8 @@ BodyGeometry posed_geometry(const BodyPoser& poser, const Body& body, const Pose
     geometry.skin_vertices = poser.display_skin(body, world_from_rest, deformed_volume);
     geometry.volume_vertices = deformed_volume;
     geometry.anatomy_vertices =
-        embedded_anatomy(poser.body_template(), geometry.volume_vertices, poser.interior(body, world_from_rest));
+        deformed_anatomy(poser.body_template(), anatomy_at_rest(poser.body_template(), body), geometry.volume_vertices,
+                         poser.interior(body, world_from_rest), world_from_rest);
     const Eigen::Vector3d forward = world_from_rest[0].linear().col(2);
     // A body lying down has no heading; it is then shown from +z.
     if (std::hypot(forward.x(), forward.z()) > 0.3) geometry.heading = std::atan2(forward.x(), forward.z());
