@@ -45,6 +45,7 @@ void check_template(const Template& a, const Template& b)
     }
     CHECK(a.skin_region_names == b.skin_region_names);
     CHECK(a.skin_regions == b.skin_regions);
+    CHECK(a.source_name == b.source_name);
     CHECK(a.source_joint_offsets == b.source_joint_offsets);
     CHECK(a.anatomy_weights.joints == b.anatomy_weights.joints);
     CHECK(a.anatomy_weights.weights == b.anatomy_weights.weights);
@@ -110,6 +111,7 @@ TEST_CASE("Templates come back from their file exactly", "[files]")
     const Eigen::Index num_skin = tube.rest.skin_vertices.rows();
     tube.source_vertices = RowMatrixI::Constant(num_skin, 3, 17);
     tube.source_barycentric = RowMatrix::Constant(num_skin, 3, 1.0 / 3.0);
+    tube.source_name = "procedural";
     tube.source_joint_offsets = Points::Constant(num_standard_joints, 3, 0.01);
     tube.skin_region_names = {"body", "head"};
     tube.skin_regions.assign(static_cast<std::size_t>(tube.skin_triangles.rows()), 1);

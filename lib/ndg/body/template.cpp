@@ -285,6 +285,7 @@ void write_template(const std::string& path, const Template& body_template, cons
     const Body& rest = body_template.rest;
     H5Writer writer(path, format_name, format_version, provenance);
     writer.attribute("body_name", rest.name);
+    writer.attribute("source_name", body_template.source_name);
     writer.write("/skeleton/joint_names", body_template.skeleton.joint_names, "names of the joints");
     writer.write("/skeleton/parents", body_template.skeleton.parents, "parent of each joint, -1 for the root");
     writer.write("/skeleton/joint_positions", rest.joint_positions, "rest positions of the joints, m",
@@ -323,6 +324,7 @@ Template read_template(const std::string& path)
     const H5Reader reader(path, format_name, format_version);
     Template result;
     result.rest.name = reader.attribute("body_name");
+    result.source_name = reader.attribute("source_name");
     result.skeleton = read_skeleton(reader);
     result.rest.joint_positions = reader.read_matrix("/skeleton/joint_positions", num_standard_joints, 3);
     read_skin(reader, result);

@@ -60,6 +60,8 @@ struct Template {
     Points anatomy_vertices;          ///< N_a x 3, of the template body
     Body rest;                        ///< the template body itself
 
+    /// Which parametric source the template was made from ("anatomy", "procedural"); empty for one that has none.
+    std::string source_name;
     /// Where skin vertices come from, so that a parametric source can pose as this tessellation: barycentric points on
     /// the source's base mesh. Empty for a template that has none.
     RowMatrixI source_vertices;    ///< N_s x 3 base-mesh vertices

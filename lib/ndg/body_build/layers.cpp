@@ -9,15 +9,20 @@
 #include "ndg/geometry/prism.h"
 #include "ndg/geometry/triangle_mesh.h"
 
+#include <Eigen/SVD>
+
 #include <algorithm>
+#include <cmath>
 
 namespace ndg {
 
 namespace {
 
-constexpr double fat_density = 900.0;                         ///< kg/m^3 (Fidanza et al. 1953)
-constexpr double min_fat_share = 0.15, max_fat_share = 0.75;  ///< of the soft tissue at a vertex
-constexpr double min_tissue_share = 0.12;  ///< the bone wrap leaves at least this share of the way to the skeleton
+constexpr double fat_density = 900.0;                               ///< kg/m^3 (Fidanza et al. 1953)
+constexpr double min_muscle_factor = 0.2, max_muscle_factor = 4.0;  ///< muscle thickness against the template's
+constexpr double min_tissue_thickness = 0.004;                      ///< m, of both layers together
+constexpr double min_layer_thickness = 0.001;                       ///< m
+constexpr double min_layer_share = 0.08;                            ///< of either layer in both
 constexpr int bisection_steps = 18;
 
 WrapSkin wrap_skin(const Template& body_template, const Points& skin_vertices, const Points& joint_positions,
@@ -45,6 +50,57 @@ RowMatrix dense_wrap_weights(const Template& body_template)
     return dense;
 }
 
+/// Similarity transform for each joint that takes the bones around it (the joint, its parent and its children) from the
+/// template's places to the body's. What these few points leave open, as the turn about a straight limb, stays as it
+/// is.
+std::vector<Eigen::Affine3d> bone_similarities(const Template& body_template, const Points& joint_positions,
+                                               double scale)
+{
+    constexpr double prior = 0.05;  ///< weight of not turning
+    const Points& from = body_template.rest.joint_positions;
+    const int num_joints = body_template.skeleton.num_joints();
+    std::vector<Eigen::Affine3d> result(static_cast<std::size_t>(num_joints), Eigen::Affine3d::Identity());
+    for (int j = 0; j < num_joints; ++j) {
+        Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+        double spread = 0.0, stretched = 0.0;
+        for (int other = 0; other < num_joints; ++other) {
+            const bool parent = body_template.skeleton.parents[static_cast<std::size_t>(j)] == other;
+            if (body_template.skeleton.parents[static_cast<std::size_t>(other)] != j && !parent) continue;
+            const double weight = parent ? 0.3 : 1.0;
+            const Eigen::Vector3d a = (from.row(other) - from.row(j)).transpose();
+            const Eigen::Vector3d b = (joint_positions.row(other) - joint_positions.row(j)).transpose();
+            covariance += weight * b * a.transpose();
+            spread += weight * a.squaredNorm();
+            stretched += weight * b.squaredNorm();
+        }
+        covariance += prior * spread * Eigen::Matrix3d::Identity();
+        const Eigen::JacobiSVD<Eigen::Matrix3d> svd(covariance, Eigen::ComputeFullU | Eigen::ComputeFullV);
+        Eigen::Vector3d sign = Eigen::Vector3d::Ones();
+        if (svd.matrixU().determinant() * svd.matrixV().determinant() < 0.0) sign[2] = -1.0;
+        const Eigen::Matrix3d rotation = svd.matrixU() * sign.asDiagonal() * svd.matrixV().transpose();
+        const double size = spread > 0.0 ? std::sqrt(stretched / spread) : scale;
+        Eigen::Affine3d& transform = result[static_cast<std::size_t>(j)];
+        transform.linear() = size * rotation;
+        transform.translation() = joint_positions.row(j).transpose() - transform.linear() * from.row(j).transpose();
+    }
+    return result;
+}
+
+/// Points of the template blended by these transforms.
+Points carried_by_bones(const Template& body_template, const Points& joint_positions, double scale,
+                        const Points& template_points, const RowMatrix& dense_weights)
+{
+    const std::vector<Eigen::Affine3d> transforms = bone_similarities(body_template, joint_positions, scale);
+    Points carried = Points::Zero(template_points.rows(), 3);
+    for (Eigen::Index w = 0; w < carried.rows(); ++w)
+        for (Eigen::Index j = 0; j < dense_weights.cols(); ++j)
+            if (dense_weights(w, j) > 0.0)
+                carried.row(w) +=
+                    dense_weights(w, j) *
+                    (transforms[static_cast<std::size_t>(j)] * template_points.row(w).transpose()).transpose();
+    return carried;
+}
+
 }  // namespace
 
 double body_fat_share(double bmi, const Person& person)
@@ -62,8 +118,6 @@ Body build_layers(const Template& body_template, const Body& skin, const Person&
                   "body {}: a skin vertex or joint position is not finite", skin.name);
     const int num_wrap = body_template.num_wrap_vertices();
     const RowMatrix dense_weights = dense_wrap_weights(body_template);
-    const WrapSkin template_skin =
-        wrap_skin(body_template, body_template.rest.skin_vertices, body_template.rest.joint_positions, dense_weights);
     const WrapSkin body_skin = wrap_skin(body_template, skin.skin_vertices, skin.joint_positions, dense_weights);
 
     LayerReport result;
@@ -72,39 +126,44 @@ Body build_layers(const Template& body_template, const Body& skin, const Person&
     result.bmi = result.mass_kg / (result.stature_m * result.stature_m);
     result.body_fat_share = body_fat_share(result.bmi, person);
 
-    // Bone wrap: as far from the skeleton as the template's, scaled by stature.
-    const Points template_projection = skeleton_projection(template_skin), projection = skeleton_projection(body_skin);
-    const Points template_bone = body_template.rest.volume_vertices.topRows(num_wrap);
+    // Bone wrap: the template's, carried along with the bones, which do not grow with fat.
     const double scale = result.stature_m / stature(body_template.rest.skin_vertices);
-    Points intended(num_wrap, 3);
+    const Points template_bone = body_template.rest.volume_vertices.topRows(num_wrap);
+    const Points carried = carried_by_bones(body_template, skin.joint_positions, scale, template_bone, dense_weights);
+    const Points normals = vertex_normals(body_skin.vertices, body_skin.triangles);
+    Points intended = carried;
+    Eigen::VectorXd muscle_thickness(num_wrap);
     for (int w = 0; w < num_wrap; ++w) {
-        const Eigen::RowVector3d to_skin = body_skin.vertices.row(w) - projection.row(w);
-        const double template_distance = (template_skin.vertices.row(w) - template_projection.row(w)).norm();
-        const double template_radius = (template_bone.row(w) - template_projection.row(w)).norm();
-        const double radius =
-            std::min(scale * std::min(template_radius, template_distance), (1.0 - min_tissue_share) * to_skin.norm());
-        intended.row(w) = projection.row(w) + radius * to_skin.normalized();
+        const double depth = (body_skin.vertices.row(w) - carried.row(w)).dot(normals.row(w));
+        intended.row(w) -= std::max(0.0, min_tissue_thickness - depth) * normals.row(w);
+        muscle_thickness[w] =
+            scale * (body_template.rest.volume_vertices.row(num_wrap + w) - template_bone.row(w)).norm();
     }
+    const Eigen::VectorXd tissue = (body_skin.vertices - intended).rowwise().norm();
 
-    // Muscle wrap: one share of the soft tissue, found by bisection on the volume of the fat layer.
+    // Muscle wrap: the template's thickness of muscle times one factor, found by bisection on the volume of the fat.
     const Prisms fat_prisms = body_template.prisms.bottomRows(body_template.num_prisms() / 2);
-    const auto place = [&](double share) {
-        return valid_wraps(body_skin, intended, Eigen::VectorXd::Constant(num_wrap, share), min_scaled_jacobian,
-                           skin.name);
+    const auto place = [&](double factor) {
+        Eigen::VectorXd fat_share(num_wrap);
+        for (int w = 0; w < num_wrap; ++w) {
+            const double least = std::min(0.4, std::max(min_layer_share, min_layer_thickness / tissue[w]));
+            fat_share[w] = std::clamp(1.0 - factor * muscle_thickness[w] / tissue[w], least, 1.0 - least);
+        }
+        return valid_wraps(body_skin, intended, fat_share, min_scaled_jacobian, skin.name);
     };
     Wraps wraps;
     Body body = skin;
-    const auto fat_volume = [&](double share) {
-        wraps = place(share);
+    const auto fat_volume = [&](double factor) {
+        wraps = place(factor);
         body.volume_vertices.resize(3 * num_wrap, 3);
         body.volume_vertices << wraps.bone, wraps.muscle, body_skin.vertices;
         return prism_volumes(body.volume_vertices, fat_prisms).sum();
     };
     const double wanted = result.body_fat_share * result.mass_kg / fat_density;
-    double low = min_fat_share, high = max_fat_share;
+    double low = min_muscle_factor, high = max_muscle_factor;
     for (int step = 0; step < bisection_steps && high - low > 1e-3; ++step) {
         const double middle = 0.5 * (low + high);
-        (fat_volume(middle) < wanted ? low : high) = middle;
+        (fat_volume(middle) > wanted ? low : high) = middle;
     }
     const double volume = fat_volume(0.5 * (low + high));
     result.fat_layer_litre = 1e3 * volume;

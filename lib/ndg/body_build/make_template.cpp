@@ -28,6 +28,8 @@ void attach_to_source(const ParametricSurface& surface, const Eigen::Ref<const R
     result.source_vertices.resize(count, 3);
     result.source_barycentric.resize(count, 3);
     result.rest.skin_vertices.resize(count, 3);
+    result.source_joint_offsets = Points::Zero(surface.joint_positions.rows(), 3);
+    result.source_name = "anatomy";
     dense_weights.setZero(count, weights.cols());
     for (Eigen::Index v = 0; v < count; ++v) {
         const ClosestPoint closest = tree.closest(vertices.row(v).transpose());

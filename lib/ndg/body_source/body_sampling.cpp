@@ -43,7 +43,9 @@ Body skin_on_template(const Template& body_template, const ParametricSurface& su
                   body_template.source_vertices.maxCoeff(), surface.vertices.rows());
     Body body;
     body.name = name;
+    const double scale = stature(surface.vertices) / stature(body_template.rest.skin_vertices);
     body.joint_positions = surface.joint_positions;
+    if (body_template.source_joint_offsets.rows() > 0) body.joint_positions += scale * body_template.source_joint_offsets;
     body.skin_vertices.setZero(body_template.source_vertices.rows(), 3);
     for (Eigen::Index v = 0; v < body.skin_vertices.rows(); ++v)
         for (int k = 0; k < 3; ++k)

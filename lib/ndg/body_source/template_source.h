@@ -24,7 +24,7 @@ struct AnatomyMesh {
 };
 
 struct TemplateSource {
-    std::string name;     ///< e.g. "procedural"
+    std::string name;     ///< "anatomy" (MakeHuman with BodyParts3D) or "procedural"
     std::string licence;  ///< credit lines stored in everything made from it
     ParametricSurface surface;
     RowMatrix weights;       ///< N x J, dense, rows sum to one
