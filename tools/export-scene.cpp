@@ -3,10 +3,13 @@
 #include "ndg/body/sample_set.h"
 #include "ndg/core/error.h"
 #include "ndg/core/tool.h"
+#include "ndg/scene/contact_sheet.h"
 #include "ndg/scene/gltf.h"
 #include "ndg/scene/pictures.h"
 
+#include <algorithm>
 #include <iostream>
+#include <numeric>
 
 namespace {
 
@@ -58,6 +61,17 @@ std::vector<Layer> scene_layers(const Template& body_template, const BodyGeometr
     return layers;
 }
 
+/// The first `count` poses, in the order they were sampled: the most different ones.
+Image poses_picture(const BodyPoser& poser, const BodySet& bodies, int body_idx, const PoseSet& poses, int count,
+                    const ContactSheetSettings& settings)
+{
+    require_input(body_idx < int(bodies.bodies.size()), "Body {} lies outside the {} bodies", body_idx,
+                  bodies.bodies.size());
+    std::vector<int> indices(std::size_t(std::min(count, poses.size())));
+    std::iota(indices.begin(), indices.end(), 0);
+    return contact_sheet(poser, bodies.bodies[std::size_t(body_idx)], poses, indices, settings);
+}
+
 }  // namespace
 
 int main(int argc, char** argv)
@@ -71,27 +85,32 @@ int main(int argc, char** argv)
     std::string view = "front", kind = "body", split = "test", colour = "plain";
     int count = 3;
     PictureSettings settings;
+    ContactSheetSettings sheet;
+    int height = 0;
     tool.input("template", template_path, "Template");
     tool.input("bodies", bodies_path, "Layered bodies");
-    tool.input("poses", poses_path, "Poses, for --pose, --sample and frames", false);
+    tool.input("poses", poses_path, "Poses, for --pose, --sample, frames and poses", false);
     tool.input("deformations", deformation_paths, "Samples or predictions; several for frames", false);
     tool.output("glb", glb_path, "Binary glTF scene of the body with its layers", false);
     tool.output("picture", picture_path, "PNG picture", false);
     tool.parameter("body", asked.body_idx, "Body index", 0, 1 << 30);
     tool.parameter("pose", asked.pose_idx, "Pose index, moved by linear blend skinning; -1: at rest", -1, 1 << 30);
     tool.parameter("sample", asked.sample_idx, "Sample of the deformation file; -1: none", -1, 1 << 30);
-    tool.parameter("picture-kind", kind, "What the picture shows", {"body", "layers", "cut", "frames", "bodies"});
+    tool.parameter("picture-kind", kind, "What the picture shows",
+                   {"body", "layers", "cut", "frames", "bodies", "poses"});
     tool.parameter("view", view, "Where the camera stands", view_names());
     tool.parameter("colour", colour, "Skin in plain colour or by volume change", {"plain", "volume"});
     tool.parameter("colour-range", settings.colour_range, "Volume change shown in full colour", 1e-3, 10.0);
     tool.parameter("split", split, "Split the frames are taken from", split_names);
-    tool.parameter("count", count, "Number of frames or bodies shown", 1, 100);
-    tool.parameter("height", settings.height, "Pixels of one body", 64, 8192);
+    tool.parameter("count", count, "Number of frames, bodies or poses shown", 1, 2000);
+    tool.parameter("height", height, "Pixels of one body; 0: 1200, and 200 on a sheet of poses", 0, 8192);
     tool.parameter("supersampling", settings.samples_per_axis, "Rays along each side of a pixel", 1, 8);
 
     return tool.run(argc, argv, [&] {
         require_input(!glb_path.empty() || !picture_path.empty(), "Give --picture, --glb or both");
-        settings.view = parse_view(view);
+        settings.view = sheet.view = parse_view(view);
+        sheet.samples_per_axis = settings.samples_per_axis;
+        if (height > 0) settings.height = sheet.cell_height = height;
         settings.volume_colours = colour == "volume";
         const Template body_template = read_template(template_path);
         const BodySet bodies = read_bodies(bodies_path, body_template);
@@ -124,6 +143,7 @@ int main(int argc, char** argv)
         if (kind == "frames")
             write_png(picture_path, frames_picture(poser, bodies, poses, files, split, count, settings));
         if (kind == "bodies") write_png(picture_path, bodies_picture(body_template, bodies, count, settings));
+        if (kind == "poses") write_png(picture_path, poses_picture(poser, bodies, asked.body_idx, poses, count, sheet));
         std::cout << picture_path << "\n";
     });
 }

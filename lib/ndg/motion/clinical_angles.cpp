@@ -31,7 +31,7 @@ Matrix3d about_z(double angle)
 /// How the rotation of a part is put together from its angles about x, y and z of the neutral posture.
 enum class Order {
     xzy,         ///< flexion, abduction, rotation about the long axis
-    yxz,         ///< pronation, then the wrist
+    yxz,         ///< turn or pronation first: pelvis, wrist
     swing_twist  ///< shoulder: x is the elevation, z the plane, y the rotation
 };
 
@@ -63,6 +63,7 @@ public:
     PartList()
     {
         add("pelvis", "", {"pelvis"}, {"tilt_forward", "turn_left", "-lean_left"});
+        parts.back().order = Order::yxz;  // tilt and lean are seen from the body, wherever it faces
         // Shares of the segments after the ranges of White and Panjabi 1990: the lumbar spine bends, the thoracic
         // turns.
         add_group("trunk", "pelvis", {"spine_1", "spine_2", "spine_3", "spine_4", "spine_5"},

@@ -24,7 +24,8 @@ namespace ndg {
 ///      (thumbwards)
 ///  hip: flexion, abduction, internal_rotation; knee: flexion; ankle: dorsiflexion, inversion; toes: extension
 /// Flexion, abduction and rotation about a long bone are taken in this order about moved axes (Grood and Suntay 1983),
-/// pronation before the wrist.
+/// pronation before the wrist, the
+/// turn of the pelvis before its tilt.
 const std::vector<std::string>& clinical_angle_names();
 /// Index into clinical_angle_names(), -1 where there is none of that name.
 int find_clinical_angle(const std::string& name);
