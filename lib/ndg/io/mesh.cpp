@@ -113,20 +113,22 @@ std::string lower_extension(const std::string& path)
 bool is_mesh_name(const std::string& path)
 {
     const std::string extension = mesh::lower_extension(path);
-    return extension == ".obj" || extension == ".ply" || extension == ".off" || extension == ".stl";
+    return extension == ".obj" || extension == ".ply" || extension == ".off" || extension == ".stl" ||
+           extension == ".glb";
 }
 
 MeshFile read_mesh(const std::string& path)
 {
     const std::string extension = mesh::lower_extension(path);
-    require_input(is_mesh_name(path), "{}: unknown mesh format '{}', expected .obj, .ply, .off or .stl", path,
+    require_input(is_mesh_name(path), "{}: unknown mesh format '{}', expected .obj, .ply, .off, .stl or .glb", path,
                   extension);
     const std::string content = read_file(path);
     require_input(!content.empty(), "{}: is empty", path);
     if (extension == ".obj") return mesh::read_obj(path, content);
     if (extension == ".ply") return mesh::read_ply(path, content);
     if (extension == ".off") return mesh::read_off(path, content);
-    return mesh::read_stl(path, content);
+    if (extension == ".stl") return mesh::read_stl(path, content);
+    return mesh::read_glb(path, content);
 }
 
 }  // namespace ndg

@@ -16,10 +16,11 @@ struct MeshFile {
     std::vector<std::string> triangle_groups;
 };
 
-/// Whether the name ends in .obj, .ply, .off or .stl, in either case.
+/// Whether the name ends in .obj, .ply, .off, .stl or .glb, in either case.
 bool is_mesh_name(const std::string& path);
 
-/// OBJ, PLY (ascii, binary little endian), OFF, STL (ascii, binary; equal corners merged), by extension.
+/// OBJ, PLY (ascii, binary little endian), OFF, STL (ascii, binary; equal corners merged), GLB (binary glTF 2.0: the
+/// triangles of all meshes in their own coordinates, node transforms left out; groups are mesh names), by extension.
 /// Throws InputError naming file, line or element and value: missing, truncated, index out of range, non-finite.
 MeshFile read_mesh(const std::string& path);
 

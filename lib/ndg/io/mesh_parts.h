@@ -61,6 +61,7 @@ MeshFile read_obj(const std::string& path, std::string_view content);
 MeshFile read_ply(const std::string& path, std::string_view content);
 MeshFile read_off(const std::string& path, std::string_view content);
 MeshFile read_stl(const std::string& path, std::string_view content);
+MeshFile read_glb(const std::string& path, std::string_view content);
 
 /// ".obj"... in lower case.
 std::string lower_extension(const std::string& path);

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+// Bones and muscles of one person brought into the pose and proportions of another.
+#pragma once
+
+#include "ndg/body_source/anatomy_limbs.h"
+#include "ndg/body_source/template_source.h"
+
+#include <string>
+#include <vector>
+
+namespace ndg {
+
+/// Which group of bones (TrunkMap, limb_transforms) a bone moves with, and which joint of the standard skeleton.
+struct BoneGroup {
+    std::string group;  ///< "trunk", "head" or a key of limb_transforms
+    std::string joint;
+};
+/// By the part's name. Throws Error for a bone that belongs to no group.
+BoneGroup bone_group(const AnatomyMesh& bone);
+
+struct RegistrationResult {
+    Points joint_positions;  ///< J x 3 on the standard skeleton, centres of rotation by the bones, symmetric
+    std::vector<std::string> joint_names;  ///< the joints that bones define
+    std::vector<double> joint_distances;   ///< their distances from the target's own joints, m
+};
+
+/// Moves `parts` (as read_bodyparts3d gives them) into the target. Bones go with their group. A muscle's vertex goes
+/// with a blend of the maps of those bone groups that the muscle touches (within 1 cm), weighted by the inverse cube of
+/// the vertex's distance from their bones and smoothed along the muscle, so that attachments stay on the bones and what
+/// lies between follows smoothly. Sets every bone's `joint`.
+RegistrationResult register_anatomy(std::vector<AnatomyMesh>& parts, const AnatomyTarget& target);
+
+}  // namespace ndg

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "ndg/body_source/anatomy_source.h"
+
+#include "ndg/body_source/anatomy_registration.h"
+
+namespace ndg {
+
+AnatomySource anatomy_source(const MakeHuman& body, const std::string& bodyparts3d_folder,
+                             const MakeHumanParameters& person, const AnatomySourceOptions& options)
+{
+    person.check();
+    AnatomySource result;
+    TemplateSource& source = result.source;
+    source.name = person.sex < 0.5 ? "anatomy-female" : "anatomy-male";
+    source.licence = std::string(makehuman_licence) + " " + bodyparts3d_licence;
+    source.surface = body.evaluate(person);
+    source.weights = body.weights();
+    source.anatomy = read_bodyparts3d(bodyparts3d_folder, options.parts);
+
+    AnatomyTarget target;
+    target.vertices = source.surface.vertices;
+    target.triangles = source.surface.triangles;
+    target.weights = source.weights;
+    target.joints = source.surface.joint_positions;
+    target.female = person.sex < 0.5;
+    RegistrationResult registration = register_anatomy(source.anatomy, target);
+    source.joint_positions = std::move(registration.joint_positions);
+    for (std::size_t i = 0; i < registration.joint_names.size(); ++i)
+        result.joints.push_back({registration.joint_names[i], registration.joint_distances[i]});
+    return result;
+}
+
+}  // namespace ndg
