@@ -1,0 +1,361 @@
+// SPDX-License-Identifier: Apache-2.0
+// Clinical angles and motions written by hand.
+#include "ndg/core/error.h"
+#include "ndg/core/file.h"
+#include "ndg/motion/keyframes.h"
+#include "ndg/motion/rotation.h"
+#include "support/support.h"
+
+#include "human.h"
+
+#include <catch2/catch.hpp>
+
+#include <cmath>
+#include <filesystem>
+#include <limits>
+
+using namespace ndg;
+using Catch::Matchers::Contains;
+using test::human_joints;
+using test::posed_joints;
+
+namespace {
+
+constexpr double degree = M_PI / 180.0;
+
+using Angles = std::map<std::string, double>;
+
+std::vector<double> radians(const Angles& degrees)
+{
+    std::vector<double> result(clinical_angle_names().size(), 0.0);
+    for (const auto& [name, value] : degrees) {
+        const int idx = find_clinical_angle(name);
+        INFO(name);
+        REQUIRE(idx >= 0);
+        result[std::size_t(idx)] = value * degree;
+    }
+    return result;
+}
+
+/// Posed joint positions of a body.
+class Posed {
+public:
+    explicit Posed(const Angles& degrees) : joints_(human_joints())
+    {
+        const Pose pose = ClinicalFrames(joints_).pose(radians(degrees));
+        joints_ = posed_joints(joints_, pose);
+    }
+    Eigen::Vector3d at(const std::string& name) const
+    {
+        return joints_.row(standard_skeleton().joint(name)).transpose();
+    }
+    Eigen::Vector3d direction(const std::string& from, const std::string& to) const
+    {
+        return (at(to) - at(from)).normalized();
+    }
+
+private:
+    Points joints_;
+};
+
+void check_near(const Eigen::Vector3d& a, const Eigen::Vector3d& b, double tolerance)
+{
+    INFO(a.transpose() << " instead of " << b.transpose());
+    CHECK((a - b).norm() < tolerance);
+}
+
+std::string motion_text(const std::string& rest)
+{
+    return R"({"format": "ndg-keyframes", "licence": "Apache-2.0", "frame_rate": 10, "duration": 2, )" + rest + "}";
+}
+
+KeyframeMotion motion_of(const std::string& rest)
+{
+    const test::TemporaryFolder folder;
+    write_file(folder.file("m.json"), motion_text(rest));
+    return read_keyframe_motion(folder.file("m.json"));
+}
+
+std::string motions_folder()
+{
+    return std::string(NDG_TEST_SOURCE) + "/configs/motions/";
+}
+
+}  // namespace
+
+TEST_CASE("the neutral posture stands with hanging arms, palms towards the thighs")
+{
+    const Posed neutral((Angles()));
+    for (const std::string side : {"left_", "right_"}) {
+        const double outward = side == "left_" ? 1.0 : -1.0;
+        check_near(neutral.direction(side + "upper_arm", side + "forearm"), {0, -1, 0}, 1e-9);
+        check_near(neutral.direction(side + "forearm", side + "hand"), {0, -1, 0}, 1e-9);
+        check_near(neutral.direction(side + "hand", side + "middle_1"), {0, -1, 0}, 1e-9);
+        check_near(neutral.direction(side + "thigh", side + "shin"), {0, -1, 0}, 1e-9);
+        check_near(neutral.direction(side + "shin", side + "foot"), {0, -1, 0}, 1e-9);
+        CHECK(neutral.at(side + "index_1").z() > neutral.at(side + "pinky_1").z() + 0.02);
+        CHECK(neutral.at(side + "index_1").x() == Approx(neutral.at(side + "pinky_1").x()).margin(1e-9));
+        CHECK(outward * neutral.at(side + "hand").x() > 0.1);
+    }
+}
+
+TEST_CASE("clinical angles turn limbs the way their names say, left and right alike")
+{
+    for (const std::string side : {"left_", "right_"}) {
+        INFO(side);
+        const double out = side == "left_" ? 1.0 : -1.0;
+        const auto arm = [&](const Angles& a) { return Posed(a).direction(side + "upper_arm", side + "forearm"); };
+        const auto forearm = [&](const Angles& a) { return Posed(a).direction(side + "forearm", side + "hand"); };
+        const auto thigh = [&](const Angles& a) { return Posed(a).direction(side + "thigh", side + "shin"); };
+        const auto shin = [&](const Angles& a) { return Posed(a).direction(side + "shin", side + "foot"); };
+        check_near(arm({{side + "shoulder.elevation", 90}}), {out, 0, 0}, 1e-9);
+        check_near(arm({{side + "shoulder.elevation", 90}, {side + "shoulder.plane", 90}}), {0, 0, 1}, 1e-9);
+        check_near(arm({{side + "shoulder.elevation", 180}, {side + "shoulder.plane", 40}}), {0, 1, 0}, 1e-9);
+        check_near(arm({{side + "shoulder.elevation", 45}, {side + "shoulder.plane", -90}}),
+                   {0, -std::sqrt(0.5), -std::sqrt(0.5)}, 1e-9);
+        check_near(forearm({{side + "elbow.flexion", 90}}), {0, 0, 1}, 1e-9);
+        check_near(forearm({{side + "elbow.flexion", 90}, {side + "shoulder.internal_rotation", 90}}), {-out, 0, 0},
+                   1e-9);
+        // A raised arm turned outwards points the bent forearm up.
+        const Angles cactus = {{side + "shoulder.elevation", 90},
+                               {side + "shoulder.internal_rotation", -90},
+                               {side + "elbow.flexion", 90}};
+        check_near(forearm(cactus), {0, 1, 0}, 1e-9);
+        check_near(thigh({{side + "hip.flexion", 90}}), {0, 0, 1}, 1e-9);
+        check_near(thigh({{side + "hip.abduction", 30}}), {out * 0.5, -std::sqrt(0.75), 0}, 1e-9);
+        check_near(shin({{side + "knee.flexion", 90}}), {0, 0, -1}, 1e-9);
+        // Turning the bent hip inwards swings the shin outwards.
+        CHECK(out *
+                  shin({{side + "hip.flexion", 90}, {side + "knee.flexion", 90}, {side + "hip.internal_rotation", 30}})
+                      .x() ==
+              Approx(0.5));
+        const Posed rest((Angles()));
+        const double toes = rest.at(side + "toes").y();
+        CHECK(Posed({{side + "ankle.dorsiflexion", 20}}).at(side + "toes").y() > toes + 0.02);
+        // Palms down with the elbow bent: the thumb side turns inwards.
+        const Posed pronated({{side + "elbow.flexion", 90}, {side + "forearm.pronation", 90}});
+        CHECK(out * (pronated.at(side + "index_1") - pronated.at(side + "pinky_1")).x() < -0.02);
+        CHECK(Posed({{side + "elbow.flexion", 90}, {side + "wrist.radial_deviation", 20}}).at(side + "middle_1").y() >
+              Posed({{side + "elbow.flexion", 90}}).at(side + "middle_1").y() + 0.01);
+        // Towards the palm is towards the thigh.
+        for (const std::string angle : {"wrist.flexion", "index_1.flexion", "pinky_2.flexion"}) {
+            INFO(angle);
+            const std::string finger = angle.substr(0, 5) == "pinky" ? "pinky_3" : "index_2";
+            CHECK(out * (Posed({{side + angle, 60}}).at(side + finger) - rest.at(side + finger)).x() < -0.01);
+        }
+        CHECK(Posed({{side + "clavicle.elevation", 20}}).at(side + "upper_arm").y() > rest.at(side + "upper_arm").y());
+        CHECK(Posed({{side + "clavicle.protraction", 20}}).at(side + "upper_arm").z() >
+              rest.at(side + "upper_arm").z() + 0.01);
+    }
+    const Posed rest((Angles()));
+    CHECK(Posed({{"trunk.flexion", 40}}).at("head").z() > rest.at("head").z() + 0.1);
+    CHECK(Posed({{"trunk.bend_left", 30}}).at("head").x() > 0.1);
+    CHECK(Posed({{"trunk.turn_left", 40}}).at("left_upper_arm").z() < rest.at("left_upper_arm").z() - 0.05);
+    CHECK(Posed({{"neck.turn_left", 60}}).at("left_eye").z() < rest.at("left_eye").z());
+    CHECK(Posed({{"neck.bend_left", 30}}).at("head").x() > 0.01);
+    CHECK(Posed({{"jaw.opening", 20}}).at("head").y() == rest.at("head").y());
+    check_near(Posed({{"pelvis.turn_left", 90}, {"pelvis.tilt_forward", 90}}).direction("pelvis", "head"), {1, 0, 0},
+               0.02);
+}
+
+TEST_CASE("clinical angles are recovered from poses")
+{
+    const ClinicalFrames frames(human_joints());
+    for (std::size_t k = 0; k < clinical_angle_names().size(); ++k) {
+        const std::string& name = clinical_angle_names()[k];
+        INFO(name);
+        std::vector<double> angles(clinical_angle_names().size(), 0.0);
+        angles[k] = 35 * degree;
+        // The plane of a hanging arm has no meaning.
+        if (name.find(".plane") != std::string::npos) {
+            angles[std::size_t(find_clinical_angle(name.substr(0, name.find('.')) + ".elevation"))] = 80 * degree;
+        }
+        const std::vector<double> found = frames.angles(frames.pose(angles));
+        for (std::size_t i = 0; i < angles.size(); ++i) {
+            INFO(clinical_angle_names()[i]);
+            CHECK(found[i] == Approx(angles[i]).margin(1e-9));
+        }
+    }
+    // Three angles of one joint at once.
+    const Angles mixed = {{"left_hip.flexion", 100},           {"left_hip.abduction", 30},
+                          {"left_hip.internal_rotation", -25}, {"left_knee.flexion", 120},
+                          {"right_wrist.flexion", 50},         {"right_wrist.radial_deviation", -20},
+                          {"right_forearm.pronation", 70},     {"right_shoulder.elevation", 120},
+                          {"right_shoulder.plane", 30},        {"right_shoulder.internal_rotation", -60},
+                          {"right_clavicle.elevation", 15},    {"left_ankle.dorsiflexion", -30},
+                          {"left_ankle.inversion", 20},        {"pelvis.turn_left", 120},
+                          {"pelvis.tilt_forward", 30},         {"pelvis.lean_left", -20}};
+    const std::vector<double> angles = radians(mixed), found = frames.angles(frames.pose(angles));
+    for (std::size_t i = 0; i < angles.size(); ++i) {
+        INFO(clinical_angle_names()[i]);
+        CHECK(found[i] == Approx(angles[i]).margin(1e-9));
+    }
+}
+
+TEST_CASE("keys are met, not overshot, and periodic motions join smoothly")
+{
+    const KeyframeMotion motion = motion_of(
+        R"("tracks": {"left_knee.flexion": [[0.5, 10], [1, 60], [1.2, 60], [2, 0]]}, "stance": {"jaw.opening": 5})");
+    const auto knee = [&](const KeyframeMotion& m, double t) {
+        return m.angles(t)[std::size_t(find_clinical_angle("left_knee.flexion"))] / degree;
+    };
+    CHECK(motion.num_frames() == 21);
+    CHECK(knee(motion, 0) == Approx(10));
+    CHECK(knee(motion, 1) == Approx(60));
+    CHECK(knee(motion, 1.1) == Approx(60));
+    CHECK(knee(motion, 2) == Approx(0).margin(1e-12));
+    double previous = 10;
+    for (double t = 0.5; t <= 1.0; t += 0.01) {
+        CHECK(knee(motion, t) >= previous - 1e-9);
+        CHECK(knee(motion, t) <= 60 + 1e-9);
+        previous = knee(motion, t);
+    }
+    CHECK(motion.angles(0.3)[std::size_t(find_clinical_angle("jaw.opening"))] == Approx(5 * degree));
+
+    const KeyframeMotion gait = motion_of(
+        R"("period": 0.8, "tracks": {"alternating_knee.flexion": [[0, 5], [0.2, 20], [0.35, 8], [0.6, 60]]})");
+    const int left = find_clinical_angle("left_knee.flexion"), right = find_clinical_angle("right_knee.flexion");
+    for (double t = 0; t < 0.8; t += 0.05) {
+        CHECK(gait.angles(t)[std::size_t(left)] == Approx(gait.angles(t + 0.4)[std::size_t(right)]).margin(1e-12));
+        CHECK(gait.angles(t)[std::size_t(left)] == Approx(gait.angles(t + 0.8)[std::size_t(left)]).margin(1e-12));
+    }
+    const double h = 1e-5;
+    const double before = (knee(gait, 0.8) - knee(gait, 0.8 - h)) / h,
+                 after = (knee(gait, 0.8 + h) - knee(gait, 0.8)) / h;
+    CHECK(before == Approx(after).margin(0.5));
+}
+
+TEST_CASE("poses of a motion name what they change and fall back on the stance")
+{
+    const KeyframeMotion motion = motion_of(
+        R"("stance": {"both_elbow.flexion": 10}, "poses": [{"time": 0, "angles": {}},
+           {"time": 1, "angles": {"left_elbow.flexion": 90, "both_fingers.curl": 50}}, {"time": 2, "angles": {}}])");
+    const auto value = [&](const std::string& name, double t) {
+        return motion.angles(t)[std::size_t(find_clinical_angle(name))] / degree;
+    };
+    CHECK(value("left_elbow.flexion", 0) == Approx(10));
+    CHECK(value("left_elbow.flexion", 1) == Approx(90));
+    CHECK(value("left_elbow.flexion", 2) == Approx(10));
+    CHECK(value("right_elbow.flexion", 1) == Approx(10));
+    CHECK(value("right_ring_2.flexion", 1) == Approx(50));
+    CHECK(value("left_index_1.flexion", 1) == Approx(45));
+}
+
+TEST_CASE("malformed motions are refused in one sentence")
+{
+    const auto refused = [](const std::string& rest, const std::string& part) {
+        INFO(rest);
+        CHECK_THROWS_AS(motion_of(rest), InputError);
+        CHECK_THROWS_WITH(motion_of(rest), Contains(part) && Contains("m.json"));
+    };
+    refused(R"("tracks": {"left_tail.flexion": [[0, 1]]})", "unknown angle \"left_tail.flexion\"");
+    refused(R"("tracks": {"both_tail.flexion": [[0, 1]]})", "unknown angle \"both_tail.flexion\"");
+    refused(R"("tracks": {"jaw.opening": [[1, 1], [0.5, 2]]})", "time 0.5 does not come after 1");
+    refused(R"("tracks": {"jaw.opening": [[0, 1], [0, 2]]})", "time 0 does not come after 0");
+    refused(R"("tracks": {"jaw.opening": [[0, 1], [2.5, 2]]})", "time 2.5 lies outside 0 to 2");
+    refused(R"("period": 1, "tracks": {"jaw.opening": [[0, 1], [1, 2]]})", "time 1 lies outside 0 to 1");
+    refused(R"("tracks": {"jaw.opening": [[0, null]]})", "has the value null, no number");
+    refused(R"("tracks": {"jaw.opening": [[0, NaN]]})", "not valid JSON");
+    refused(R"("tracks": {"jaw.opening": [[0, 1e999]]})", "not valid JSON");
+    refused(R"("tracks": {"jaw.opening": [[0]]})", "not [time, degrees]");
+    refused(R"("tracks": {"jaw.opening": []})", "no list of keys");
+    refused(R"("tracks": {"both_knee.flexion": [[0, 1]], "left_knee.flexion": [[0, 1]]})", "has two tracks");
+    refused(R"("tracks": {"jaw.opening": [[0, 1]]}, "poses": [{"time": 0, "angles": {"jaw.opening": 1}}])",
+            "has a track and a pose");
+    refused(R"("poses": [{"time": 0, "angles": {"both_knee.flexion": 1, "left_knee.flexion": 2}}])", "is given twice");
+    refused(R"("tracks": {"alternating_knee.flexion": [[0, 1]]})", "needs a \"period\"");
+    refused(R"("ground": "moon", "tracks": {"jaw.opening": [[0, 1]]})", "\"ground\" is \"moon\"");
+    refused(R"("speed": 2, "tracks": {"jaw.opening": [[0, 1]]})", "unknown key \"speed\"");
+    refused(R"("description": "nothing")", "neither tracks nor poses");
+    refused(R"("duration": -1, "tracks": {"jaw.opening": [[0, 1]]})", "\"duration\" is -1");
+    const test::TemporaryFolder folder;
+    write_file(folder.file("m.json"), "{\"format\": \"ndg-keyframes\", \"tracks\": {");
+    CHECK(is_keyframe_motion(folder.file("m.json")));
+    CHECK_THROWS_WITH(read_keyframe_motion(folder.file("m.json")), Contains("not valid JSON"));
+    write_file(folder.file("other.json"), "{\"Frames\": []}");
+    CHECK_FALSE(is_keyframe_motion(folder.file("other.json")));
+    CHECK_THROWS_WITH(read_keyframe_motion(folder.file("none.json")), Contains("cannot be read"));
+}
+
+TEST_CASE("every built-in motion is read, smooth and within human ranges")
+{
+    int num_motions = 0, num_poses = 0;
+    const Points rest = human_joints();
+    const ClinicalFrames frames(rest);
+    for (const auto& entry : std::filesystem::directory_iterator(motions_folder())) {
+        INFO(entry.path());
+        REQUIRE(is_keyframe_motion(entry.path().string()));
+        const KeyframeMotion motion = read_keyframe_motion(entry.path().string());
+        CHECK(motion.licence.find("Apache-2.0") != std::string::npos);
+        const PoseSet poses = keyframe_poses(motion, rest, 0.0);
+        CHECK(poses.size() == motion.num_frames());
+        CHECK(poses.frame_idx.back() == motion.num_frames() - 1);
+        double fastest = 0;
+        for (int f = 0; f + 1 < poses.size(); ++f) {
+            for (int j = 0; j < num_standard_joints; ++j) {
+                fastest = std::max(fastest, rotation_angle(poses.poses[f].parent_from_joint[j],
+                                                           poses.poses[f + 1].parent_from_joint[j]));
+            }
+        }
+        // A pitcher's upper arm turns at up to 7000 degrees a second; importing drops frames above 1500.
+        CHECK(fastest * motion.frame_rate < 1400 * degree);
+        for (const Pose& pose : poses.poses) {
+            const std::vector<double> angles = frames.angles(pose);
+            for (const std::string side : {"left_", "right_"}) {
+                const double knee = angles[std::size_t(find_clinical_angle(side + "knee.flexion"))];
+                const double elbow = angles[std::size_t(find_clinical_angle(side + "elbow.flexion"))];
+                CHECK((knee > -1 * degree && knee < 150 * degree));
+                CHECK((elbow > -1 * degree && elbow < 150 * degree));
+            }
+        }
+        ++num_motions;
+        num_poses += keyframe_poses(motion, rest, 10.0).size();
+    }
+    CHECK(num_motions >= 4);
+    CHECK(num_poses > 1000);
+}
+
+TEST_CASE("the walk is symmetric and its feet alternate on the ground; the squat is deep on flat feet")
+{
+    const Points rest = human_joints();
+    const KeyframeMotion walk = read_keyframe_motion(motions_folder() + "walk.json");
+    const PoseSet steps = keyframe_poses(walk, rest, 0.0);
+    const Skeleton& skeleton = standard_skeleton();
+    const int left = skeleton.joint("left_foot"), right = skeleton.joint("right_foot");
+    double step_length = 0;
+    for (const Pose& pose : steps.poses) {
+        const Points posed = posed_joints(rest, pose);
+        CHECK(std::min(posed(left, 1), posed(right, 1)) < 0.14);
+        step_length = std::max(step_length, std::abs(posed(left, 2) - posed(right, 2)));
+    }
+    CHECK(step_length > 0.45);
+    CHECK(step_length < 0.85);
+
+    // Half a period later the body is its own mirror image.
+    for (double t = 0; t < walk.period; t += 0.03) {
+        const std::vector<double> now = walk.angles(t), later = walk.angles(t + 0.5 * walk.period);
+        for (std::size_t k = 0; k < now.size(); ++k) {
+            const std::string& name = clinical_angle_names()[k];
+            INFO(name << " at " << t);
+            const std::string other = name.rfind("left_", 0) == 0 ? "right_" + name.substr(5) : name;
+            const bool sideways = other == name && name.find("_left") != std::string::npos;
+            if (name.rfind("right_", 0) == 0) continue;
+            CHECK(now[k] == Approx((sideways ? -1 : 1) * later[std::size_t(find_clinical_angle(other))]).margin(1e-9));
+        }
+    }
+
+    const PoseSet squat = keyframe_poses(read_keyframe_motion(motions_folder() + "squat.json"), rest, 0.0);
+    double lowest = 1e9, tilt = 0;
+    for (const Pose& pose : squat.poses) {
+        const auto motion = forward_kinematics(skeleton, rest, pose);
+        lowest = std::min(lowest, (motion[0] * rest.row(0).transpose().eval()).y());
+        for (const int foot : {left, right}) {
+            tilt = std::max(tilt, std::acos(std::min(1.0, (motion[foot].linear() * Eigen::Vector3d::UnitY()).y())));
+        }
+        const Eigen::RowVector3d ankles =
+            0.5 * (posed_joints(rest, pose).row(left) + posed_joints(rest, pose).row(right));
+        CHECK(ankles.z() == Approx(0.5 * (rest(left, 2) + rest(right, 2))).margin(1e-9));
+    }
+    CHECK(lowest < 0.45 * rest(0, 1));
+    CHECK(tilt < 12 * degree);
+}
