@@ -3,6 +3,7 @@
 
 #include "ndg/body_build/edge_length_field.h"
 #include "ndg/core/error.h"
+#include "ndg/core/log.h"
 #include "ndg/geometry/adaptive_remesh.h"
 #include "ndg/geometry/closest_point.h"
 #include "ndg/geometry/decimate.h"
@@ -94,6 +95,31 @@ int mirrored_region(int region)
     if (name.rfind("left_", 0) == 0) name = "right_" + name.substr(5);
     return static_cast<int>(std::find(skin_region_names.begin(), skin_region_names.end(), name) -
                             skin_region_names.begin());
+}
+
+/// Where head, hands or toes of the source intersect themselves (toes that lie in each other), vertices there are taken
+/// away until they do not: what is left is coarser, but still on the source. Returns how many intersections stay.
+std::size_t remove_intersections(RemeshResult& half)
+{
+    constexpr int max_rounds = 60;
+    std::size_t remaining = 0;
+    for (int round = 0; round < max_rounds; ++round) {
+        const auto pairs = self_intersections(half.mesh.vertices, half.mesh.triangles, true);
+        remaining = pairs.size();
+        if (pairs.empty()) break;
+        std::vector<char> removable(index(half.mesh.vertices.rows()), 0);
+        for (const auto& pair : pairs)
+            for (const int t : {pair.first, pair.second})
+                for (int k = 0; k < 3; ++k) removable[index(half.mesh.triangles(t, k))] = 1;
+        const std::size_t before = half.triangle_labels.size();
+        const std::size_t others =
+            before - index(std::count(half.triangle_labels.begin(), half.triangle_labels.end(), 0));
+        // A few at a time: one collapse takes two triangles away and may settle several intersections.
+        const std::size_t step = 2 * (1 + pairs.size() / 8);
+        half = decimate_labelled(half.mesh, half.triangle_labels, others > step ? others - step : 0, removable);
+        if (half.triangle_labels.size() == before) break;
+    }
+    return remaining;
 }
 
 }  // namespace
@@ -202,6 +228,9 @@ RemeshedSkin SymmetricRemesher::remesh(double target_edge_length, double keep_ra
     RemeshResult half = state_->remesh_half(target_edge_length);
     half = decimate_labelled(half.mesh, half.triangle_labels,
                              static_cast<std::size_t>(std::llround(keep_ratio * static_cast<double>(others))));
+
+    const std::size_t intersections = remove_intersections(half);
+    if (intersections > 0) log_warning("the remeshed skin intersects itself in {} places on each side", intersections);
 
     const Points& left = half.mesh.vertices;
     RemeshedSkin skin;

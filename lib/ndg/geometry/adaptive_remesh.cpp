@@ -177,7 +177,8 @@ private:
                 normal_.push_back(place.normal);
                 fixed_.push_back(0);
                 put(added, place);
-                if (star_agreement(added) < least_agreement) mesh_.positions[index(added)] = middle;
+                // Where the surface turns too sharply for the new vertex the edge is left as it was.
+                if (star_agreement(added) < least_agreement) mesh_.collapse(added, a);
             }
         }
     }

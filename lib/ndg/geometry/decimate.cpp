@@ -39,12 +39,13 @@ struct Quadric {
 
 class Decimation {
 public:
-    Decimation(const TriangleMesh& source, const std::vector<int>& labels)
+    Decimation(const TriangleMesh& source, const std::vector<int>& labels, const std::vector<char>& removable)
         : mesh_(source.vertices, source.triangles, labels),
           quadrics_(static_cast<std::size_t>(source.vertices.rows())),
           version_(quadrics_.size(), 0),
           fixed_(quadrics_.size(), 0)
     {
+        for (std::size_t v = 0; v < removable.size(); ++v) fixed_[v] = removable[v] != 0 ? 0 : 1;
         for (int t = 0; t < mesh_.num_triangles(); ++t) {
             const auto& corners = mesh_.triangle(t);
             const double area = 0.5 * (mesh_.position(corners[1]) - mesh_.position(corners[0]))
@@ -135,9 +136,9 @@ private:
 }  // namespace
 
 RemeshResult decimate_labelled(const TriangleMesh& mesh, const std::vector<int>& triangle_labels,
-                               std::size_t target_triangles)
+                               std::size_t target_triangles, const std::vector<char>& removable)
 {
-    return Decimation(mesh, triangle_labels).run(target_triangles);
+    return Decimation(mesh, triangle_labels, removable).run(target_triangles);
 }
 
 }  // namespace ndg

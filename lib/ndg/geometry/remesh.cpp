@@ -187,6 +187,43 @@ bool intersect(const Element& a, const Element& b)
     return a.flat ? CGAL::do_intersect(b.triangle, a.segment) : CGAL::do_intersect(a.triangle, b.segment);
 }
 
+using Box = CGAL::Box_intersection_d::Box_with_info_d<double, 3, int>;
+
+struct BoxedSurface {
+    std::vector<Element> elements;
+    std::vector<Box> boxes;
+
+    BoxedSurface(const Eigen::Ref<const Points>& vertices, const Eigen::Ref<const Triangles>& triangles)
+    {
+        elements.reserve(static_cast<std::size_t>(triangles.rows()));
+        boxes.reserve(elements.capacity());
+        for (Eigen::Index t = 0; t < triangles.rows(); ++t) {
+            elements.push_back(to_element(to_point(vertices.row(triangles(t, 0))),
+                                          to_point(vertices.row(triangles(t, 1))),
+                                          to_point(vertices.row(triangles(t, 2)))));
+            boxes.emplace_back(elements.back().triangle.bbox(), static_cast<int>(t));
+        }
+    }
+    const Element& operator[](int t) const { return elements[static_cast<std::size_t>(t)]; }
+};
+
+/// Whether triangles with common vertices meet elsewhere too. Corners of each from the first common one on.
+bool neighbours_intersect(const Element& s, const Element& t, const std::vector<std::pair<int, int>>& common)
+{
+    if (s.flat || t.flat) return false;
+    if (common.size() == 3) return true;
+    const auto [i, j] = common[0];
+    if (common.size() == 1) {
+        // The segment in which they meet, if any, ends on the side opposite the common vertex of one of them.
+        return CGAL::do_intersect(t.triangle, Kernel::Segment_3(s.triangle.vertex(i + 1), s.triangle.vertex(i + 2))) ||
+               CGAL::do_intersect(s.triangle, Kernel::Segment_3(t.triangle.vertex(j + 1), t.triangle.vertex(j + 2)));
+    }
+    const auto [k, l] = common[1];
+    const Point &a = s.triangle.vertex(i), &b = s.triangle.vertex(k), &c = s.triangle.vertex(3 - i - k),
+                &d = t.triangle.vertex(3 - j - l);
+    return CGAL::coplanar(a, b, c, d) && CGAL::coplanar_orientation(a, b, c, d) == CGAL::POSITIVE;
+}
+
 }  // namespace
 
 RemeshResult remesh_regions(const TriangleMesh& mesh, const std::vector<int>& triangle_labels,
@@ -228,35 +265,37 @@ RemeshResult remesh_regions(const TriangleMesh& mesh, const std::vector<int>& tr
 }
 
 std::vector<std::pair<int, int>> self_intersections(const Eigen::Ref<const Points>& vertices,
-                                                    const Eigen::Ref<const Triangles>& triangles)
+                                                    const Eigen::Ref<const Triangles>& triangles, bool with_neighbours)
 {
-    std::vector<Element> elements;
-    elements.reserve(static_cast<std::size_t>(triangles.rows()));
-    using Box = CGAL::Box_intersection_d::Box_with_info_d<double, 3, int>;
-    std::vector<Box> boxes;
-    boxes.reserve(elements.capacity());
-    for (Eigen::Index t = 0; t < triangles.rows(); ++t) {
-        elements.push_back(to_element(to_point(vertices.row(triangles(t, 0))), to_point(vertices.row(triangles(t, 1))),
-                                      to_point(vertices.row(triangles(t, 2)))));
-        boxes.emplace_back(elements.back().triangle.bbox(), static_cast<int>(t));
-    }
-    const auto share_vertex = [&](int s, int t) {
-        for (int i = 0; i < 3; ++i) {
-            for (int j = 0; j < 3; ++j) {
-                if (triangles(s, i) == triangles(t, j)) return true;
-            }
-        }
-        return false;
-    };
+    BoxedSurface surface(vertices, triangles);
     std::vector<std::pair<int, int>> pairs;
-    CGAL::box_self_intersection_d(boxes.begin(), boxes.end(), [&](const Box& a, const Box& b) {
+    CGAL::box_self_intersection_d(surface.boxes.begin(), surface.boxes.end(), [&](const Box& a, const Box& b) {
         const int s = std::min(a.info(), b.info());
         const int t = std::max(a.info(), b.info());
-        if (share_vertex(s, t)) return;
-        if (intersect(elements[static_cast<std::size_t>(s)], elements[static_cast<std::size_t>(t)])) {
+        std::vector<std::pair<int, int>> common;
+        for (int i = 0; i < 3; ++i)
+            for (int j = 0; j < 3; ++j)
+                if (triangles(s, i) == triangles(t, j)) common.emplace_back(i, j);
+        if (common.empty() ? intersect(surface[s], surface[t])
+                           : with_neighbours && neighbours_intersect(surface[s], surface[t], common))
             pairs.emplace_back(s, t);
-        }
     });
+    std::sort(pairs.begin(), pairs.end());
+    return pairs;
+}
+
+std::vector<std::pair<int, int>> surface_intersections(const Eigen::Ref<const Points>& first_vertices,
+                                                       const Eigen::Ref<const Triangles>& first_triangles,
+                                                       const Eigen::Ref<const Points>& second_vertices,
+                                                       const Eigen::Ref<const Triangles>& second_triangles)
+{
+    BoxedSurface first(first_vertices, first_triangles), second(second_vertices, second_triangles);
+    std::vector<std::pair<int, int>> pairs;
+    CGAL::box_intersection_d(first.boxes.begin(), first.boxes.end(), second.boxes.begin(), second.boxes.end(),
+                             [&](const Box& a, const Box& b) {
+                                 if (intersect(first[a.info()], second[b.info()]))
+                                     pairs.emplace_back(a.info(), b.info());
+                             });
     std::sort(pairs.begin(), pairs.end());
     return pairs;
 }

@@ -26,8 +26,16 @@ struct RemeshResult {
 RemeshResult remesh_regions(const TriangleMesh& mesh, const std::vector<int>& triangle_labels,
                             double target_edge_length, double keep_ratio);
 
-/// Pairs of intersecting triangles (not sharing a vertex), by CGAL's exact predicates.
+/// Pairs of intersecting triangles, by CGAL's exact predicates: those without a common vertex, or also
+/// `with_neighbours` that share a vertex and meet elsewhere too, or share an edge and lie on each other.
 std::vector<std::pair<int, int>> self_intersections(const Eigen::Ref<const Points>& vertices,
-                                                    const Eigen::Ref<const Triangles>& triangles);
+                                                    const Eigen::Ref<const Triangles>& triangles,
+                                                    bool with_neighbours = false);
+
+/// Pairs (triangle of the first surface, triangle of the second) that intersect or touch, by CGAL's exact predicates.
+std::vector<std::pair<int, int>> surface_intersections(const Eigen::Ref<const Points>& first_vertices,
+                                                       const Eigen::Ref<const Triangles>& first_triangles,
+                                                       const Eigen::Ref<const Points>& second_vertices,
+                                                       const Eigen::Ref<const Triangles>& second_triangles);
 
 }  // namespace ndg
