@@ -4,6 +4,7 @@
 #include "ndg/body/skeleton.h"
 #include "ndg/core/error.h"
 
+#include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
@@ -22,12 +23,20 @@ public:
 
     JointMap read(const json& root)
     {
-        check_keys(root, {"description", "skip_first_frames", "joints"}, "the map");
+        check_keys(root, {"description", "skip_first_frames", "without", "joints"}, "the map");
         if (root.contains("skip_first_frames")) {
             const json& skip = root["skip_first_frames"];
             require_input(skip.is_number_integer() && skip >= 0, "{}: skip_first_frames is {}, not a count", map_.path,
                           skip.dump());
             map_.skip_first_frames = skip.get<int>();
+        }
+        if (root.contains("without")) {
+            require_input(root["without"].is_array(), "{}: \"without\" is {}, not a list of joints", map_.path,
+                          root["without"].dump());
+            for (const json& joint : root["without"]) {
+                require_input(joint.is_string(), "{}: \"without\" has the entry {}, no joint", map_.path, joint.dump());
+                map_.without.push_back(joint.get<std::string>());
+            }
         }
         require_input(root.contains("joints") && root["joints"].is_object(), "{}: has no object \"joints\"", map_.path);
         for (const auto& [joint, value] : root["joints"].items()) map_.entries.push_back(read_entry(joint, value));
@@ -146,8 +155,45 @@ JointMap read_joint_map(const std::string& path)
     return MapReader(path).read(root);
 }
 
+std::string joint_map_json(const JointMap& map, const std::string& description)
+{
+    const auto quoted = [](const std::string& text) { return json(text).dump(); };
+    std::string text = "{\n  \"description\": " + quoted(description) + ",\n";
+    if (map.skip_first_frames > 0) text += fmt::format("  \"skip_first_frames\": {},\n", map.skip_first_frames);
+    if (!map.without.empty()) text += "  \"without\": " + json(map.without).dump() + ",\n";
+    text += "  \"joints\": {\n";
+    for (std::size_t k = 0; k < map.entries.size(); ++k) {
+        const JointMapEntry& entry = map.entries[k];
+        std::vector<std::string> parts = {"\"source\": " + quoted(entry.source)};
+        if (!entry.blend_with.empty()) {
+            parts.push_back("\"blend_with\": " + quoted(entry.blend_with));
+            parts.push_back(fmt::format("\"fraction\": {}", entry.fraction));
+        }
+        if (entry.twist_only) parts.emplace_back("\"twist_only\": true");
+        if (!entry.toward.empty()) {
+            const auto pair = [&](const std::string& from, const std::string& to) {
+                return "[" + quoted(from) + (to.empty() ? "" : ", " + quoted(to)) + "]";
+            };
+            parts.push_back("\"toward\": " + quoted(entry.toward));
+            parts.push_back("\"bone\": " + pair(entry.bone_from, entry.bone_to));
+            if (entry.sole) parts.emplace_back("\"sole\": true");
+            if (!entry.up_from.empty()) parts.push_back("\"up\": " + pair(entry.up_from, entry.up_to));
+        }
+        if (entry.limit <= M_PI) {
+            parts.push_back(fmt::format("\"limit_degrees\": {}", std::round(1e6 * entry.limit * 180.0 / M_PI) / 1e6));
+        }
+        text += "    " + quoted(entry.joint) + ": ";
+        text += parts.size() == 1 ? quoted(entry.source) : fmt::format("{{{}}}", fmt::join(parts, ", "));
+        text += k + 1 < map.entries.size() ? ",\n" : "\n";
+    }
+    return text + "  }\n}\n";
+}
+
 std::string missing_source_joint(const JointMap& map, const MotionClip& clip)
 {
+    for (const std::string& joint : map.without) {
+        if (clip.find_joint(joint) >= 0) return "no " + joint;
+    }
     for (const JointMapEntry& entry : map.entries) {
         for (const std::string& name :
              {entry.source, entry.blend_with, entry.bone_from, entry.bone_to, entry.up_from, entry.up_to}) {

@@ -34,6 +34,9 @@ struct JointMapEntry {
 struct JointMap {
     std::string path;           ///< file it was read from
     int skip_first_frames = 0;  ///< artificial frames at the start of every clip (BVH of cgspeed: one T pose)
+    /// Joints that tell a skeleton for another map (a later version of the same rig): clips with one of them do not
+    /// fit.
+    std::vector<std::string> without;
     std::vector<JointMapEntry> entries;
 
     /// Entry of a joint of ours, or nullptr.
@@ -43,7 +46,10 @@ struct JointMap {
 /// Throws InputError naming file, item and value: unknown key, joint that is not ours, missing pelvis or leg.
 JointMap read_joint_map(const std::string& path);
 
-/// Name of a source joint the map needs and the clip lacks; "" where the map fits.
+/// The map as a file that read_joint_map reads, one line a joint.
+std::string joint_map_json(const JointMap& map, const std::string& description);
+
+/// Name of a source joint the map needs and the clip lacks, "no JOINT" for one it must not have; "" where the map fits.
 std::string missing_source_joint(const JointMap& map, const MotionClip& clip);
 
 }  // namespace ndg
