@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "ndg/body_build/template_check.h"
+#include "ndg/core/error.h"
 #include "ndg/core/tool.h"
 #include "ndg/io/h5.h"
 #include "ndg/io/mesh.h"
@@ -7,6 +9,7 @@
 
 #include <algorithm>
 #include <set>
+#include <utility>
 
 using namespace ndg;
 
@@ -17,9 +20,8 @@ std::string shape_text(const std::vector<std::size_t>& shape)
     return shape.empty() ? "scalar" : fmt::format("{}", fmt::join(shape, " x "));
 }
 
-void show_h5(const std::string& path)
+void show_h5(const H5Listing& listing)
 {
-    const H5Listing listing = list_h5(path);
     fmt::print("attributes\n");
     for (const auto& [name, value] : listing.attributes) {
         std::string indented = value;  // licences take several lines
@@ -40,6 +42,21 @@ void show_h5(const std::string& path)
     }
 }
 
+bool is_template(const H5Listing& listing)
+{
+    return std::find(listing.attributes.begin(), listing.attributes.end(),
+                     std::pair<std::string, std::string>("format", "ndg-template")) != listing.attributes.end();
+}
+
+/// Prints the template check. Throws QualityError where a gate does not hold.
+void show_template(const std::string& path)
+{
+    const TemplateCheck check = check_template(read_template(path));
+    fmt::print("template check\n{}", template_report(check));
+    const auto failures = check.failures();
+    if (!failures.empty()) throw QualityError(fmt::format("{}: {}", path, fmt::join(failures, "; ")));
+}
+
 void show_mesh(const std::string& path)
 {
     const MeshFile mesh = read_mesh(path);
@@ -55,7 +72,11 @@ void show_mesh(const std::string& path)
 
 int main(int argc, char** argv)
 {
-    Tool tool("ndg-info", "Shows what stands in a file of this project or a mesh.", "ndg-info template.h5 --check");
+    Tool tool(
+        "ndg-info",
+        "Shows what stands in a file of this project or a mesh. A template is checked as well: elements, surfaces, "
+        "anatomy, weights, volumes and masses; exit code 3 where a gate does not hold.",
+        "ndg-info template.h5 --check");
     std::string path;
     bool check = false;
     tool.positional_input(path, "HDF5 file or mesh (.obj, .ply, .off, .stl)");
@@ -63,7 +84,9 @@ int main(int argc, char** argv)
     return tool.run(argc, argv, [&] {
         if (is_mesh_name(path)) return show_mesh(path);  // always read whole
         if (check) check_h5(path);                       // first: a broken file gives its error and nothing else
-        show_h5(path);
+        const H5Listing listing = list_h5(path);
+        show_h5(listing);
         if (check) fmt::print("check           complete and finite\n");
+        if (is_template(listing)) show_template(path);
     });
 }
