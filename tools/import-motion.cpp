@@ -1,15 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ndg/body/template.h"
 #include "ndg/core/error.h"
+#include "ndg/core/file.h"
 #include "ndg/core/log.h"
 #include "ndg/core/tool.h"
 #include "ndg/motion/motion_files.h"
 #include "ndg/motion/retarget.h"
+#include "ndg/motion/retarget_units.h"
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
+#include <optional>
 
 using namespace ndg;
 
@@ -17,19 +19,11 @@ namespace {
 
 constexpr double radians_per_degree = M_PI / 180.0;
 
-void print_skipped(const std::string& path, const std::string& reason)
+void print_conventions(const RetargetReport& report)
 {
-    fmt::print("skipped {}: {}\n", path, reason);
-}
-
-void print_report(const RetargetReport& report, const MotionClip& clip)
-{
-    fmt::print(
-        "{}: {} frames at {:.4g} Hz{}, {} poses; bones {:.1e} degrees off; fastest joint {:.0f} degrees/s, {} glitch "
-        "frames; dropped {} poses as glitches, {} beyond the joint limit\n",
-        report.clip_name, report.num_frames, clip.frame_rate, clip.frame_rate_assumed ? " (assumed)" : "",
-        report.num_poses, report.mean_direction_error / radians_per_degree, report.max_joint_speed / radians_per_degree,
-        report.num_glitch_frames, report.num_dropped_glitches, report.num_dropped_angles);
+    fmt::print("{}: unit {:.4g} m ({}), performer {:.2f} m tall; up {}, front {} ({}); {:.4g} Hz{}\n", report.clip_name,
+               report.metres_per_unit, report.unit_from, report.performer_stature, report.up_axis, report.front_axis,
+               report.axes_from, report.frame_rate, report.frame_rate_assumed ? " (assumed)" : "");
 }
 
 }  // namespace
@@ -37,39 +31,57 @@ void print_report(const RetargetReport& report, const MotionClip& clip)
 int main(int argc, char** argv)
 {
     std::vector<std::string> motion_paths;
-    std::string template_path, map_path, maps_folder, output_path, licence;
+    std::string template_path, map_path, maps_folder, limits_path, output_path, report_path, licence;
     RetargetOptions options;
+    ConventionOptions conventions;
     double max_speed = options.max_joint_speed / radians_per_degree, max_angle = 180.0;
+    bool clamp = false;
 
     Tool tool("import-motion", "Brings motion capture onto the project's skeleton.",
-              "import-motion --motion mocap/ --template template.h5 --joint-maps configs/joint-maps --output poses.h5");
+              "import-motion --motion mocap/ --template template.h5 --joint-maps configs/joint-maps --joint-limits "
+              "configs/joint-limits.json --output poses.h5 --report report.json");
     tool.input("motion", motion_paths, "BVH, AMC (ASF beside them), DeepMimic or AMASS files, or folders");
     tool.input("template", template_path, "template whose rest joints the poses start from");
     tool.input("joint-map", map_path, "joint map for all clips", false);
     tool.input("joint-maps", maps_folder, "folder of joint maps; each clip takes the one that fits its joints", false);
+    tool.input("joint-limits", limits_path, "ranges of motion to count violations of", false);
     tool.output("output", output_path, "poses to write");
+    tool.output("report", report_path, "all figures of every clip, JSON", false);
     tool.parameter("frame-rate", options.frame_rate, "poses kept a second (Hz), 0: every frame", 0.0, 1000.0);
     tool.parameter("max-joint-speed", max_speed, "drop frames where a joint turns faster (degrees/s): glitches", 1.0,
                    1e9);
     tool.parameter("max-joint-angle", max_angle, "drop frames with a joint further from rest (degrees), 180: none", 0.0,
                    180.0);
+    tool.parameter("inverse-kinematics", options.inverse_kinematics,
+                   "match joint positions; without, rotations are transferred alone");
+    tool.parameter("clamp-joint-limits", clamp, "bring joints to the border of their range");
+    tool.parameter("up-axis", conventions.up, "axis of the BVH and ASF files that points up; auto: as the zero pose",
+                   {"", "auto", "x", "y", "z", "+x", "+y", "+z", "-x", "-y", "-z"});
+    tool.parameter("metres-per-unit", conventions.metres_per_unit,
+                   "length of the files' unit (m); 0: from the file or the performer's stature", 0.0, 1000.0);
     tool.parameter("licence", licence, "licence and credit line of the motions, kept in the output");
 
     return tool.run(argc, argv, [&] {
         require_input(map_path.empty() != maps_folder.empty(), "give one of --joint-map and --joint-maps");
+        require_input(!clamp || !limits_path.empty(), "--clamp-joint-limits needs --joint-limits");
         options.max_joint_speed = max_speed * radians_per_degree;
         options.max_joint_angle = max_angle * radians_per_degree;
+        if (conventions.up == "auto") conventions.up.clear();
         const Points joint_positions = read_template(template_path).rest.joint_positions;
         const std::vector<JointMap> maps =
             map_path.empty() ? read_joint_maps(maps_folder) : std::vector<JointMap>{read_joint_map(map_path)};
+        std::optional<JointLimits> limits;
+        if (!limits_path.empty()) limits.emplace(read_joint_limits(limits_path), joint_positions);
+        options.limits = limits ? &*limits : nullptr;
+        options.clamp_limits = clamp;
 
         PoseSet poses;
         ClipNames names;
-        RetargetReport total;
-        int num_clips = 0;
+        std::vector<RetargetReport> reports;
+        int num_copies = 0, num_unmapped = 0;
         for (const MotionFile& file : find_motion_files(motion_paths)) {
             if (!file.skip_reason.empty()) {
-                print_skipped(file.path, file.skip_reason);
+                fmt::print("skipped {}: {}\n", file.path, file.skip_reason);
                 continue;
             }
             MotionClip clip = read_motion(file);
@@ -77,28 +89,36 @@ int main(int argc, char** argv)
             if (map == nullptr) {
                 require_input(file.from_folder, "{}: no joint map fits its joints, {} lacks \"{}\"", file.path,
                               maps.front().path, missing_source_joint(maps.front(), clip));
-                print_skipped(file.path, "no joint map fits its joints");
+                fmt::print("skipped {}: no joint map fits its joints\n", file.path);
+                ++num_unmapped;
                 continue;
             }
             clip.name = names.add(clip, file.path);
             if (clip.name.empty()) {
-                print_skipped(file.path, "a take of this name and length has been read already");
+                fmt::print("skipped {}: a take of this name and length has been read already\n", file.path);
+                ++num_copies;
                 continue;
             }
+            const ClipConventions found = apply_conventions(clip, *map, conventions);
             RetargetReport report;
             const PoseSet added = retarget_clip(clip, *map, joint_positions, options, report);
-            print_report(report, clip);
+            report.path = file.path;
+            report.metres_per_unit = found.metres_per_unit;
+            report.unit_from = found.unit_from;
+            report.performer_stature = found.performer_stature;
+            report.up_axis = found.up;
+            report.front_axis = found.front;
+            report.axes_from = found.axes_from;
+            print_conventions(report);
             if (added.size() == 0) log_warning("{}: no pose is left", file.path);
             append_poses(poses, added);
-            ++num_clips;
-            total.num_frames += report.num_frames;
-            total.num_dropped_glitches += report.num_dropped_glitches;
-            total.num_dropped_angles += report.num_dropped_angles;
+            reports.push_back(report);
         }
         require_input(poses.size() > 0, "{}: gave no pose", motion_paths.front());
         write_poses(output_path, poses, tool.provenance(licence));
-        fmt::print("{}: {} poses of {} clips, {} frames; dropped {} as glitches, {} beyond the joint limit\n",
-                   output_path, poses.size(), num_clips, total.num_frames, total.num_dropped_glitches,
-                   total.num_dropped_angles);
+        if (!report_path.empty()) write_file(report_path, report_json(reports));
+        fmt::print("{}{}: {} poses of {} motions; {} were copies of takes read before, {} had no joint map\n",
+                   report_table(reports), output_path, poses.size(),
+                   static_cast<int>(reports.size()) + num_copies + num_unmapped, num_copies, num_unmapped);
     });
 }

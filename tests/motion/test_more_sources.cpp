@@ -44,6 +44,7 @@ PoseSet every_frame(const MotionClip& clip)
     RetargetOptions options;
     options.frame_rate = 0.0;
     options.max_joint_speed = 1e9;
+    options.inverse_kinematics = false;
     RetargetReport report;
     const PoseSet poses = retarget_clip(clip, *map, human_joints(), options, report);
     CHECK(report.mean_direction_error < 1e-6);

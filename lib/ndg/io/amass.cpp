@@ -139,6 +139,7 @@ MotionClip read_amass(const std::string& path)
     clip.name = file_stem(path);
     clip.frame_rate = read_frame_rate(file);
     clip.metres_per_unit = 1.0;
+    clip.axes_known = true;
     set_skeleton(clip);
     Eigen::Matrix3d ours_from_file;  // z up to y up
     ours_from_file << 1, 0, 0, 0, 0, 1, 0, -1, 0;

@@ -209,6 +209,7 @@ MotionClip read_deepmimic(const std::string& character_path, const std::string& 
     clip.zero_pose_positions = character.positions * turn.transpose();
     clip.zero_pose_tips = character.tips * turn.transpose();
     clip.metres_per_unit = 1.0;
+    clip.axes_known = true;
     clip.root_positions.resize(static_cast<Eigen::Index>(frames.size()), 3);
     std::vector<double> durations;
     for (const json& frame : frames) {

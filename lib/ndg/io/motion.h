@@ -22,6 +22,7 @@ struct MotionClip {
     std::vector<std::vector<Eigen::Matrix3d>> world_from_joint;  ///< frames x J rotations; identity at the zero pose
     Points root_positions;                                       ///< frames x 3
     double metres_per_unit = 0.0;                                ///< from the file (ASF); 0 where the file does not say
+    bool axes_known = false;  ///< the format says that the zero pose stands along +y and faces +z
 
     int num_joints() const { return static_cast<int>(joint_names.size()); }
     int num_frames() const { return static_cast<int>(world_from_joint.size()); }
@@ -30,6 +31,9 @@ struct MotionClip {
     /// J x 3 positions of all joints in a frame, in the file's unit and axes.
     Points joint_positions(int frame_idx) const;
 };
+
+/// Turns zero pose, rotations and root positions of a clip by the rotation `turn`.
+void turn_clip(MotionClip& clip, const Eigen::Matrix3d& turn);
 
 /// Biovision hierarchy. Euler order from CHANNELS. Joint frame semantics: see MotionClip. The tip of a joint is its End
 /// Site, or the mean of its children's positions. Position channels of the root replace its OFFSET; those of other

@@ -123,4 +123,14 @@ Points MotionClip::joint_positions(int frame_idx) const
     return positions;
 }
 
+void turn_clip(MotionClip& clip, const Eigen::Matrix3d& turn)
+{
+    clip.zero_pose_positions = (clip.zero_pose_positions * turn.transpose()).eval();
+    clip.zero_pose_tips = (clip.zero_pose_tips * turn.transpose()).eval();
+    clip.root_positions = (clip.root_positions * turn.transpose()).eval();
+    for (std::vector<Eigen::Matrix3d>& frame : clip.world_from_joint) {
+        for (Eigen::Matrix3d& rotation : frame) rotation = (turn * rotation * turn.transpose()).eval();
+    }
+}
+
 }  // namespace ndg

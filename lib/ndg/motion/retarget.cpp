@@ -2,303 +2,369 @@
 #include "ndg/motion/retarget.h"
 
 #include "ndg/core/error.h"
+#include "ndg/motion/retarget_targets.h"
+#include "ndg/motion/retarget_transfer.h"
 #include "ndg/motion/rotation.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
+#include <exception>
 
 namespace ndg {
 
 namespace {
 
-constexpr double shortest_bone = 1e-6;
+using Rotations = std::vector<Eigen::Matrix3d>;
 
-/// A joint map resolved to indices of one clip.
-struct Link {
-    int source = -1, blend_with = -1;  ///< -1: none
-    double fraction = 0.0;
-    bool twist_only = false;
-    Eigen::Vector3d source_bone = Eigen::Vector3d::Zero();  ///< zero pose; zero where not aligned
-    Eigen::Vector3d our_bone = Eigen::Vector3d::Zero();     ///< rest pose
-    double limit = 2.0 * M_PI;                              ///< rad from rest
-    bool sole = false;
-    Eigen::Vector3d source_up = Eigen::Vector3d::UnitY();
+/// Frames a piece; inverse kinematics starts anew in each.
+constexpr int piece_size = 256;
 
-    bool aligned() const { return !source_bone.isZero(0.0); }
+struct ErrorSum {
+    double sum = 0.0, before = 0.0, uniform = 0.0, max = 0.0;
 };
 
-Eigen::Vector3d source_vector(const MotionClip& clip, const std::string& from, const std::string& to)
-{
-    const int a = clip.find_joint(from);
-    const Eigen::RowVector3d end =
-        to.empty() ? clip.zero_pose_tips.row(a) : clip.zero_pose_positions.row(clip.find_joint(to));
-    return (end - clip.zero_pose_positions.row(a)).transpose();
-}
-
-/// One link a joint of ours.
-std::vector<Link> resolve(const MotionClip& clip, const JointMap& map, const Eigen::Ref<const Points>& joint_positions)
-{
-    const std::string missing = missing_source_joint(map, clip);
-    require_input(missing.empty(), "clip {}: has no joint \"{}\", which the joint map {} needs", clip.name, missing,
-                  map.path);
-    const Skeleton& skeleton = standard_skeleton();
-    require(joint_positions.rows() == skeleton.num_joints(), "retarget: {} joint positions instead of {}",
-            joint_positions.rows(), skeleton.num_joints());
-    std::vector<Link> links(skeleton.joint_names.size());
-    for (const JointMapEntry& entry : map.entries) {
-        const int j = skeleton.joint(entry.joint);
-        Link& link = links[j];
-        link.source = clip.find_joint(entry.source);
-        if (!entry.blend_with.empty()) link.blend_with = clip.find_joint(entry.blend_with);
-        link.fraction = entry.fraction;
-        link.twist_only = entry.twist_only;
-        link.sole = entry.sole;
-        link.limit = entry.limit;
-        if (entry.toward.empty()) continue;
-        link.source_bone = source_vector(clip, entry.bone_from, entry.bone_to);
-        link.our_bone = (joint_positions.row(skeleton.joint(entry.toward)) - joint_positions.row(j)).transpose();
-        if (!entry.up_from.empty()) link.source_up = source_vector(clip, entry.up_from, entry.up_to);
-        require_input(link.source_bone.norm() > shortest_bone,
-                      "clip {}: the bone of \"{}\" has zero length at the zero pose", clip.name, entry.bone_from);
-        require_input(link.source_up.norm() > shortest_bone, "clip {}: the sole normal of \"{}\" is zero", clip.name,
-                      entry.joint);
-        require_input(link.our_bone.norm() > shortest_bone, "the body's bone from \"{}\" to \"{}\" has zero length",
-                      entry.joint, entry.toward);
-    }
-    return links;
-}
-
-/// Right-handed frame with columns: lateral, up, heading of `bone` in the plane across `up`.
-Eigen::Matrix3d sole_frame(const Eigen::Vector3d& up, const Eigen::Vector3d& bone)
-{
-    Eigen::Matrix3d frame;
-    frame.col(1) = up.normalized();
-    frame.col(2) = (bone - frame.col(1) * frame.col(1).dot(bone)).normalized();
-    frame.col(0) = frame.col(1).cross(frame.col(2));
-    return frame;
-}
-
-std::vector<Eigen::Matrix3d> align(const std::vector<Link>& links)
-{
-    const Skeleton& skeleton = standard_skeleton();
-    std::vector<Eigen::Matrix3d> alignment(links.size(), Eigen::Matrix3d::Identity());
-    for (std::size_t j = 0; j < links.size(); ++j) {
-        const Link& link = links[j];
-        if (skeleton.parents[j] >= 0) alignment[j] = alignment[skeleton.parents[j]];
-        if (!link.aligned()) continue;
-        if (link.sole) {
-            alignment[j] = sole_frame(link.source_up, link.source_bone) *
-                           sole_frame(Eigen::Vector3d::UnitY(), link.our_bone).transpose();
-        } else {
-            alignment[j] = minimal_rotation(alignment[j] * link.our_bone, link.source_bone) * alignment[j];
-        }
-    }
-    return alignment;
-}
-
-Eigen::Matrix3d source_rotation(const Link& link, const std::vector<Eigen::Matrix3d>& world_from_source,
-                                const Eigen::Vector3d& twist_axis)
-{
-    const Eigen::Matrix3d& first = world_from_source[link.source];
-    if (link.blend_with < 0) return first;
-    const Eigen::Matrix3d& second = world_from_source[link.blend_with];
-    if (link.twist_only) {
-        const double angle = twist_angle(first.transpose() * second, twist_axis);
-        return first * Eigen::AngleAxisd(link.fraction * angle, twist_axis).toRotationMatrix();
-    }
-    return to_quaternion(first).slerp(link.fraction, to_quaternion(second)).toRotationMatrix();
-}
-
-/// Source bones that carry twist: that of the joint itself or of the nearest ancestor with an aligned bone.
-std::vector<Eigen::Vector3d> twist_axes(const std::vector<Link>& links)
-{
-    const Skeleton& skeleton = standard_skeleton();
-    std::vector<Eigen::Vector3d> axes(links.size(), Eigen::Vector3d::UnitY());
-    for (std::size_t j = 0; j < links.size(); ++j) {
-        if (links[j].aligned())
-            axes[j] = links[j].source_bone.normalized();
-        else if (skeleton.parents[j] >= 0)
-            axes[j] = axes[skeleton.parents[j]];
-    }
-    return axes;
-}
-
-/// Where the hips' midpoint lies, and the length of hip-knee-ankle averaged over both legs.
-struct Legs {
-    Eigen::RowVector3d hip_centre;
-    double length = 0.0;
+/// What a piece of a clip adds to the report.
+struct PieceTotals {
+    std::vector<ErrorSum> errors;  ///< one a landmark
+    std::vector<LimitHits> hits;   ///< one a joint
+    int num_violating = 0, num_jumps = 0, num_new_jumps = 0;
+    long num_iterations = 0;
+    double max_jump = 0.0, max_source_jump = 0.0;
 };
 
-Legs measure_legs(const Eigen::Ref<const Points>& positions, const std::array<int, 6>& joints)
+/// One frame on our skeleton.
+struct Frame {
+    Rotations world;    ///< after inverse kinematics
+    Rotations free;     ///< local, before clamping
+    Rotations clamped;  ///< local, the result
+    Rotations correction;
+};
+
+std::vector<int> mapped_joints(const RotationTransfer& transfer)
 {
-    Legs legs;
-    legs.hip_centre = 0.5 * (positions.row(joints[0]) + positions.row(joints[3]));
-    for (int side = 0; side < 2; ++side) {
-        const int* leg = joints.data() + 3 * side;
-        legs.length += 0.5 * (positions.row(leg[1]) - positions.row(leg[0])).norm();
-        legs.length += 0.5 * (positions.row(leg[2]) - positions.row(leg[1])).norm();
+    std::vector<int> joints;
+    for (std::size_t j = 0; j < transfer.links().size(); ++j) {
+        if (transfer.links()[j].source >= 0) joints.push_back(static_cast<int>(j));
     }
-    return legs;
+    return joints;
 }
 
-std::array<int, 6> our_leg_joints()
+/// Nearest joint above that the map moves, -1 for the root.
+std::vector<int> mapped_parents(const RotationTransfer& transfer)
 {
     const Skeleton& skeleton = standard_skeleton();
-    return {skeleton.joint("left_thigh"),  skeleton.joint("left_shin"),  skeleton.joint("left_foot"),
-            skeleton.joint("right_thigh"), skeleton.joint("right_shin"), skeleton.joint("right_foot")};
-}
-
-std::vector<Eigen::Matrix3d> local_rotations(const std::vector<Eigen::Matrix3d>& world_from_joint)
-{
-    const Skeleton& skeleton = standard_skeleton();
-    std::vector<Eigen::Matrix3d> parent_from_joint(world_from_joint.size());
-    for (std::size_t j = 0; j < world_from_joint.size(); ++j) {
-        const int parent = skeleton.parents[j];
-        Eigen::Matrix3d local = world_from_joint[j];
-        if (parent >= 0) local = world_from_joint[parent].transpose() * local;
-        // Back onto the rotations: products of many matrices drift by rounding.
-        parent_from_joint[j] = to_quaternion(local).toRotationMatrix();
+    std::vector<int> parents = skeleton.parents;
+    for (int& parent : parents) {
+        while (parent > 0 && transfer.links()[parent].source < 0) parent = skeleton.parents[parent];
     }
-    return parent_from_joint;
+    return parents;
 }
 
-/// All frames of a clip on our skeleton.
-std::vector<Pose> transfer(const MotionClip& clip, const std::vector<Link>& links,
-                           const Eigen::Ref<const Points>& joint_positions, int first_frame)
+/// Angle by which rotations A_f^T B_f of two joints change from frame f - 1 to f.
+double relative_jump(const MotionClip& clip, int frame_idx, int a, int b)
 {
-    const Skeleton& skeleton = standard_skeleton();
-    const std::vector<Eigen::Matrix3d> alignment = align(links);
-    const std::vector<Eigen::Vector3d> axes = twist_axes(links);
-    const std::array<int, 6> our_legs = our_leg_joints();
-    std::array<int, 6> source_legs{};
-    for (std::size_t k = 0; k < 6; ++k) source_legs[k] = links[our_legs[k]].source;
-    const Legs ours = measure_legs(joint_positions, our_legs);
-    const Legs source = measure_legs(clip.zero_pose_positions, source_legs);
-    require_input(source.length > shortest_bone, "clip {}: the legs have zero length", clip.name);
-    const double scale = ours.length / source.length;
-
-    std::vector<Pose> poses(clip.num_frames());
-    Eigen::RowVector3d origin = Eigen::RowVector3d::Zero();
-    std::vector<Eigen::Matrix3d> world_from_joint(links.size());
-    for (int f = 0; f < clip.num_frames(); ++f) {
-        for (std::size_t j = 0; j < links.size(); ++j) {
-            const int parent = skeleton.parents[j];
-            if (links[j].source >= 0) {
-                world_from_joint[j] = source_rotation(links[j], clip.world_from_joint[f], axes[j]) * alignment[j];
-            } else {
-                world_from_joint[j] = parent >= 0 ? world_from_joint[parent] : Eigen::Matrix3d::Identity();
-            }
-        }
-        poses[f].parent_from_joint = local_rotations(world_from_joint);
-        const Eigen::RowVector3d centre = scale * measure_legs(clip.joint_positions(f), source_legs).hip_centre;
-        if (f == first_frame) origin = Eigen::RowVector3d(centre.x(), 0.0, centre.z());
-        const Eigen::RowVector3d root_rest = joint_positions.row(0);
-        const Eigen::Vector3d hips_from_root = (ours.hip_centre - root_rest).transpose();
-        poses[f].root_translation = (centre - root_rest).transpose() - world_from_joint[0] * hips_from_root;
-    }
-    for (Pose& pose : poses) pose.root_translation -= origin.transpose();
-    return poses;
+    const auto relative = [&](int f) {
+        const Eigen::Matrix3d& second = clip.world_from_joint[f][b];
+        return a < 0 ? second : Eigen::Matrix3d(clip.world_from_joint[f][a].transpose() * second);
+    };
+    return rotation_angle(relative(frame_idx - 1), relative(frame_idx));
 }
 
-/// Angle between aligned bones of the source and ours, recomposed from the local rotations; mean over the bones.
-double direction_error(const Pose& pose, const MotionClip& clip, int frame_idx, const std::vector<Link>& links)
+/// Angle between aligned bones of the source and ours; mean over the bones.
+double direction_error(const RotationTransfer& transfer, const Rotations& parent_from_joint, int frame_idx)
 {
-    const Skeleton& skeleton = standard_skeleton();
-    std::vector<Eigen::Matrix3d> world_from_joint(links.size());
+    const Rotations world = compose_rotations(parent_from_joint);
     double sum = 0.0;
     int count = 0;
-    for (std::size_t j = 0; j < links.size(); ++j) {
-        const int parent = skeleton.parents[j];
-        world_from_joint[j] = pose.parent_from_joint[j];
-        if (parent >= 0) world_from_joint[j] = world_from_joint[parent] * pose.parent_from_joint[j];
-        const Link& link = links[j];
+    for (std::size_t j = 0; j < world.size(); ++j) {
+        const RotationTransfer::Link& link = transfer.links()[j];
         if (!link.aligned() || link.sole) continue;
-        const Eigen::Vector3d a = world_from_joint[j] * link.our_bone;
-        const Eigen::Vector3d b = clip.world_from_joint[frame_idx][link.source] * link.source_bone;
+        const Eigen::Vector3d a = world[j] * link.our_bone;
+        const Eigen::Vector3d b = transfer.clip().world_from_joint[frame_idx][link.source] * link.source_bone;
         sum += std::atan2(a.cross(b).norm(), a.dot(b));
         ++count;
     }
     return count > 0 ? sum / count : 0.0;
 }
 
-/// Fastest local rotation between neighbouring poses, rad/s.
-std::vector<double> joint_speeds(const std::vector<Pose>& poses, double frame_rate)
-{
-    std::vector<double> speeds;
-    for (std::size_t f = 0; f + 1 < poses.size(); ++f) {
-        double angle = 0.0;
-        for (std::size_t j = 0; j < poses[f].parent_from_joint.size(); ++j) {
-            angle = std::max(angle, rotation_angle(poses[f].parent_from_joint[j], poses[f + 1].parent_from_joint[j]));
-        }
-        speeds.push_back(angle * frame_rate);
-    }
-    return speeds;
-}
-
 /// Whether a joint other than the root is further from rest than the limit of the options or its own.
-bool exceeds_limits(const Pose& pose, const std::vector<Link>& links, double max_joint_angle)
+bool exceeds_angles(const RotationTransfer& transfer, const Rotations& local, double max_joint_angle)
 {
-    for (std::size_t j = 1; j < pose.parent_from_joint.size(); ++j) {
-        const double limit = std::min(links[j].limit, max_joint_angle);
+    for (std::size_t j = 1; j < local.size(); ++j) {
+        const double limit = std::min(transfer.links()[j].limit, max_joint_angle);
         if (limit >= M_PI) continue;
-        const Eigen::Matrix3d identity = Eigen::Matrix3d::Identity();
-        if (rotation_angle(pose.parent_from_joint[j], identity) > limit) return true;
+        if (rotation_angle(local[j], Eigen::Matrix3d::Identity()) > limit) return true;
     }
     return false;
 }
 
-}  // namespace
+class ClipRetargeter {
+public:
+    ClipRetargeter(const MotionClip& clip, const JointMap& map, const Eigen::Ref<const Points>& joint_positions,
+                   const RetargetOptions& options, int first_frame)
+        : options_(options),
+          first_frame_(first_frame),
+          transfer_(clip, map, joint_positions),
+          targets_(transfer_, joint_positions),
+          kinematics_(standard_skeleton(), joint_positions, mapped_joints(transfer_), targets_.landmarks(),
+                      options.kinematics),
+          mapped_parents_(mapped_parents(transfer_)),
+          kept_(wanted_frames())
+    {
+        num_frames_ = clip.num_frames() - first_frame;
+        speeds_.assign(static_cast<std::size_t>(std::max(0, num_frames_ - 1)), 0.0);
+        const int num_pieces = (num_frames_ + piece_size - 1) / piece_size;
+        pieces_.resize(static_cast<std::size_t>(num_pieces));
+        poses_.resize(kept_.size());
+        beyond_.assign(kept_.size(), false);
+        std::vector<std::exception_ptr> errors(pieces_.size());
+#pragma omp parallel for schedule(dynamic)
+        for (int p = 0; p < num_pieces; ++p) {
+            try {
+                run_piece(p);
+            } catch (...) {
+                errors[p] = std::current_exception();
+            }
+        }
+        for (const std::exception_ptr& error : errors) {
+            if (error) std::rethrow_exception(error);
+        }
+    }
 
-std::vector<Eigen::Matrix3d> rest_alignment(const MotionClip& clip, const JointMap& map,
-                                            const Eigen::Ref<const Points>& joint_positions)
-{
-    return align(resolve(clip, map, joint_positions));
-}
+    PoseSet collect(RetargetReport& report) const
+    {
+        const MotionClip& clip = transfer_.clip();
+        std::vector<bool> glitch(static_cast<std::size_t>(num_frames_), false);
+        for (std::size_t f = 0; f < speeds_.size(); ++f) {
+            report.max_joint_speed = std::max(report.max_joint_speed, speeds_[f]);
+            if (speeds_[f] > options_.max_joint_speed) glitch[f] = glitch[f + 1] = true;
+        }
+        report.num_glitch_frames = static_cast<int>(std::count(glitch.begin(), glitch.end(), true));
+        PoseSet poses;
+        poses.clip_names.push_back(clip.name);
+        poses.clip_frame_rates.push_back(clip.frame_rate);
+        for (std::size_t k = 0; k < kept_.size(); ++k) {
+            if (glitch[kept_[k]]) {
+                ++report.num_dropped_glitches;
+            } else if (beyond_[k]) {
+                ++report.num_dropped_angles;
+            } else {
+                const int frame_idx = kept_[k] + first_frame_;
+                poses.poses.push_back(poses_[k]);
+                poses.clip_idx.push_back(0);
+                poses.frame_idx.push_back(frame_idx);
+                report.mean_direction_error += direction_error(transfer_, poses_[k].parent_from_joint, frame_idx);
+            }
+        }
+        report.num_poses = poses.size();
+        if (report.num_poses > 0) report.mean_direction_error /= report.num_poses;
+        add_totals(report);
+        report.scale = transfer_.scale();
+        return poses;
+    }
+
+private:
+    /// Frames from the first one on that are kept, before any is dropped.
+    std::vector<int> wanted_frames() const
+    {
+        const MotionClip& clip = transfer_.clip();
+        const double step = options_.frame_rate > 0 ? std::max(1.0, clip.frame_rate / options_.frame_rate) : 1.0;
+        std::vector<int> frames;
+        for (int k = 0;; ++k) {
+            const auto f = static_cast<int>(std::llround(k * step));
+            if (f >= clip.num_frames() - first_frame_) return frames;
+            frames.push_back(f);
+        }
+    }
+
+    void run_piece(int piece)
+    {
+        const auto num_joints = static_cast<std::size_t>(num_standard_joints);
+        PieceTotals& totals = pieces_[piece];
+        totals.errors.resize(targets_.landmarks().size());
+        totals.hits.resize(num_joints);
+        const int begin = piece * piece_size, end = std::min(num_frames_, begin + piece_size);
+        Frame before, now;
+        now.correction.assign(num_joints, Eigen::Matrix3d::Identity());
+        // One frame of the piece before, for the jump between them.
+        for (int f = std::max(0, begin - 1); f < end; ++f) {
+            before = now;
+            solve(f, before.correction, now, f >= begin ? &totals : nullptr);
+            if (f < begin || f == 0) continue;
+            speeds_[f - 1] = largest_angle(before.free, now.free) * transfer_.clip().frame_rate;
+            count_jumps(f, before.clamped, now.clamped, totals);
+        }
+    }
+
+    /// Frame `f` (from the first on) onto our skeleton.
+    void solve(int f, const Rotations& last_correction, Frame& frame, PieceTotals* totals)
+    {
+        const int frame_idx = f + first_frame_;
+        const Rotations reference = transfer_.world_rotations(frame_idx);
+        const Points targets = targets_.targets(frame_idx);
+        frame.world = reference;
+        int iterations = 0;
+        if (options_.inverse_kinematics) {
+            for (std::size_t j = 0; j < reference.size(); ++j) frame.world[j] = last_correction[j] * reference[j];
+            iterations = kinematics_.solve(reference, targets, frame.world);
+            for (std::size_t j = 0; j < reference.size(); ++j) {
+                frame.correction[j] = to_quaternion(frame.world[j] * reference[j].transpose()).toRotationMatrix();
+            }
+        }
+        frame.free = local_rotations(frame.world);
+        frame.clamped = frame.free;
+        if (options_.limits != nullptr && options_.clamp_limits) frame.clamped = options_.limits->clamped(frame.free);
+        if (totals == nullptr) return;
+        totals->num_iterations += iterations;
+        add_errors(frame_idx, reference, targets, frame, *totals);
+        if (options_.limits != nullptr) add_hits(frame.free, *totals);
+        const auto kept = std::lower_bound(kept_.begin(), kept_.end(), f);
+        if (kept == kept_.end() || *kept != f) return;
+        const auto k = static_cast<std::size_t>(kept - kept_.begin());
+        poses_[k].parent_from_joint = frame.clamped;
+        poses_[k].root_translation = transfer_.root_translation(frame_idx, first_frame_, frame.clamped[0]);
+        beyond_[k] = exceeds_angles(transfer_, frame.clamped, options_.max_joint_angle);
+    }
+
+    void add_errors(int frame_idx, const Rotations& reference, const Points& targets, const Frame& frame,
+                    PieceTotals& totals) const
+    {
+        const bool clamps = options_.limits != nullptr && options_.clamp_limits;
+        const Rotations result = clamps ? compose_rotations(frame.clamped) : frame.world;
+        const Points before = kinematics_.positions(reference), after = kinematics_.positions(result);
+        const Points uniform = targets_.uniform_targets(frame_idx, result[0]);
+        for (std::size_t k = 0; k < totals.errors.size(); ++k) {
+            ErrorSum& error = totals.errors[k];
+            const double distance = (after.row(k) - targets.row(k)).norm();
+            error.sum += distance;
+            error.max = std::max(error.max, distance);
+            error.before += (before.row(k) - targets.row(k)).norm();
+            error.uniform += (after.row(k) - uniform.row(k)).norm();
+        }
+    }
+
+    void add_hits(const Rotations& local, PieceTotals& totals) const
+    {
+        const std::vector<double> excess = options_.limits->excess(local);
+        bool any = false;
+        for (std::size_t j = 0; j < excess.size(); ++j) {
+            if (excess[j] <= violation_angle) continue;
+            any = true;
+            ++totals.hits[j].num_frames;
+            totals.hits[j].max_excess = std::max(totals.hits[j].max_excess, excess[j]);
+        }
+        if (any) ++totals.num_violating;
+    }
+
+    static double largest_angle(const Rotations& a, const Rotations& b)
+    {
+        double angle = 0.0;
+        for (std::size_t j = 0; j < a.size(); ++j) angle = std::max(angle, rotation_angle(a[j], b[j]));
+        return angle;
+    }
+
+    /// Largest change of rotation between the source's joints that drive joint j and those that drive its parent.
+    double source_jump(int f, std::size_t j) const
+    {
+        const MotionClip& clip = transfer_.clip();
+        const auto& links = transfer_.links();
+        const int parent = mapped_parents_[j];
+        double largest = 0.0;
+        for (const int b : {links[j].source, links[j].blend_with}) {
+            if (b < 0) continue;
+            if (parent < 0) largest = std::max(largest, relative_jump(clip, f + first_frame_, -1, b));
+            for (const int a : {parent >= 0 ? links[parent].source : -1, parent >= 0 ? links[parent].blend_with : -1}) {
+                if (a >= 0 && a != b) largest = std::max(largest, relative_jump(clip, f + first_frame_, a, b));
+            }
+        }
+        return largest;
+    }
+
+    void count_jumps(int f, const Rotations& before, const Rotations& now, PieceTotals& totals) const
+    {
+        for (std::size_t j = 0; j < now.size(); ++j) {
+            const double jump = rotation_angle(before[j], now[j]);
+            totals.max_jump = std::max(totals.max_jump, jump);
+            if (transfer_.links()[j].source < 0) continue;
+            const double source = source_jump(f, j);
+            totals.max_source_jump = std::max(totals.max_source_jump, source);
+            if (jump <= jump_angle) continue;
+            ++totals.num_jumps;
+            if (source <= jump_angle) ++totals.num_new_jumps;
+        }
+    }
+
+    void add_totals(RetargetReport& report) const
+    {
+        const Skeleton& skeleton = standard_skeleton();
+        std::vector<ErrorSum> errors(targets_.landmarks().size());
+        std::vector<LimitHits> hits(skeleton.joint_names.size());
+        long num_iterations = 0;
+        // In the order of the pieces: sums do not depend on which thread was first.
+        for (const PieceTotals& piece : pieces_) {
+            for (std::size_t k = 0; k < errors.size(); ++k) {
+                errors[k].sum += piece.errors[k].sum;
+                errors[k].before += piece.errors[k].before;
+                errors[k].uniform += piece.errors[k].uniform;
+                errors[k].max = std::max(errors[k].max, piece.errors[k].max);
+            }
+            for (std::size_t j = 0; j < hits.size(); ++j) {
+                hits[j].num_frames += piece.hits[j].num_frames;
+                hits[j].max_excess = std::max(hits[j].max_excess, piece.hits[j].max_excess);
+            }
+            report.num_violating_frames += piece.num_violating;
+            report.num_jumps += piece.num_jumps;
+            report.num_new_jumps += piece.num_new_jumps;
+            report.max_jump = std::max(report.max_jump, piece.max_jump);
+            report.max_source_jump = std::max(report.max_source_jump, piece.max_source_jump);
+            num_iterations += piece.num_iterations;
+        }
+        const double share = 1.0 / num_frames_;
+        for (std::size_t k = 0; k < errors.size(); ++k) {
+            report.joint_errors.push_back({skeleton.joint_names[targets_.landmarks()[k]], share * errors[k].sum,
+                                           errors[k].max, share * errors[k].before, share * errors[k].uniform});
+            const double of_all = share / static_cast<double>(errors.size());
+            report.mean_error += of_all * errors[k].sum;
+            report.mean_error_before += of_all * errors[k].before;
+            report.mean_error_uniform += of_all * errors[k].uniform;
+            report.max_error = std::max(report.max_error, errors[k].max);
+        }
+        for (std::size_t j = 0; j < hits.size(); ++j) {
+            hits[j].joint = skeleton.joint_names[j];
+            if (hits[j].num_frames > 0) report.limit_hits.push_back(hits[j]);
+        }
+        report.mean_iterations = share * static_cast<double>(num_iterations);
+        report.limits_checked = options_.limits != nullptr;
+        report.limits_clamped = report.limits_checked && options_.clamp_limits;
+    }
+
+    const RetargetOptions& options_;
+    int first_frame_, num_frames_ = 0;
+    RotationTransfer transfer_;
+    ScaledTargets targets_;
+    InverseKinematics kinematics_;
+    std::vector<int> mapped_parents_, kept_;
+    std::vector<double> speeds_;  ///< rad/s from each frame to the next
+    std::vector<PieceTotals> pieces_;
+    std::vector<Pose> poses_;   ///< of kept_
+    std::vector<char> beyond_;  ///< of kept_; not bits, because pieces write to it at the same time
+};
+
+}  // namespace
 
 PoseSet retarget_clip(const MotionClip& clip, const JointMap& map, const Eigen::Ref<const Points>& joint_positions,
                       const RetargetOptions& options, RetargetReport& report)
 {
-    const std::vector<Link> links = resolve(clip, map, joint_positions);
     report = RetargetReport();
     report.clip_name = clip.name;
+    report.joint_map = map.path;
     report.num_frames = clip.num_frames();
+    report.frame_rate = clip.frame_rate;
+    report.frame_rate_assumed = clip.frame_rate_assumed;
     report.num_skipped = std::min(map.skip_first_frames, clip.num_frames());
     require_input(report.num_skipped < clip.num_frames(), "clip {}: has {} frames and the joint map {} skips {}",
                   clip.name, clip.num_frames(), map.path, map.skip_first_frames);
-
-    const std::vector<Pose> all = transfer(clip, links, joint_positions, report.num_skipped);
-    const std::vector<Pose> real(all.begin() + report.num_skipped, all.end());
-    const std::vector<double> speeds = joint_speeds(real, clip.frame_rate);
-    std::vector<bool> glitch(real.size(), false);
-    for (std::size_t f = 0; f < speeds.size(); ++f) {
-        report.max_joint_speed = std::max(report.max_joint_speed, speeds[f]);
-        if (speeds[f] > options.max_joint_speed) glitch[f] = glitch[f + 1] = true;
-    }
-    report.num_glitch_frames = static_cast<int>(std::count(glitch.begin(), glitch.end(), true));
-
-    PoseSet poses;
-    poses.clip_names.push_back(clip.name);
-    poses.clip_frame_rates.push_back(clip.frame_rate);
-    const double step = options.frame_rate > 0 ? std::max(1.0, clip.frame_rate / options.frame_rate) : 1.0;
-    for (int k = 0;; ++k) {
-        const auto f = static_cast<std::size_t>(std::llround(k * step));
-        if (f >= real.size()) break;
-        if (glitch[f]) {
-            ++report.num_dropped_glitches;
-        } else if (exceeds_limits(real[f], links, options.max_joint_angle)) {
-            ++report.num_dropped_angles;
-        } else {
-            const int frame_idx = static_cast<int>(f) + report.num_skipped;
-            poses.poses.push_back(real[f]);
-            poses.clip_idx.push_back(0);
-            poses.frame_idx.push_back(frame_idx);
-            report.mean_direction_error += direction_error(real[f], clip, frame_idx, links);
-        }
-    }
-    report.num_poses = poses.size();
-    if (report.num_poses > 0) report.mean_direction_error /= report.num_poses;
-    return poses;
+    return ClipRetargeter(clip, map, joint_positions, options, report.num_skipped).collect(report);
 }
 
 void append_poses(PoseSet& poses, const PoseSet& addition)

@@ -39,4 +39,24 @@ Eigen::Matrix3d minimal_rotation(const Eigen::Vector3d& from, const Eigen::Vecto
     return Eigen::AngleAxisd(M_PI, axis).toRotationMatrix();
 }
 
+Eigen::Vector3d rotation_vector(const Eigen::Matrix3d& rotation)
+{
+    Eigen::Quaterniond q = to_quaternion(rotation);
+    if (q.w() < 0) q.coeffs() *= -1.0;
+    const double sine = q.vec().norm();
+    // 2 atan2(s, w) / s tends to 2 / w.
+    const double factor = sine > 1e-12 ? 2.0 * std::atan2(sine, q.w()) / sine : 2.0 / q.w();
+    return factor * q.vec();
+}
+
+Eigen::Matrix3d rotation_of(const Eigen::Vector3d& rotation_vector)
+{
+    const double angle = rotation_vector.norm();
+    if (angle < 1e-12) {
+        const Eigen::Vector3d half = 0.5 * rotation_vector;
+        return Eigen::Quaterniond(1.0, half.x(), half.y(), half.z()).normalized().toRotationMatrix();
+    }
+    return Eigen::AngleAxisd(angle, rotation_vector / angle).toRotationMatrix();
+}
+
 }  // namespace ndg

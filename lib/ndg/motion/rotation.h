@@ -20,4 +20,8 @@ double twist_angle(const Eigen::Matrix3d& rotation, const Eigen::Vector3d& axis)
 /// directions the axis is the coordinate axis farthest from them, orthogonalised).
 Eigen::Matrix3d minimal_rotation(const Eigen::Vector3d& from, const Eigen::Vector3d& to);
 
+/// Rotation vector (axis times angle, angle in [0, pi]) of a rotation, and back. Both keep full precision near zero.
+Eigen::Vector3d rotation_vector(const Eigen::Matrix3d& rotation);
+Eigen::Matrix3d rotation_of(const Eigen::Vector3d& rotation_vector);
+
 }  // namespace ndg
