@@ -31,6 +31,7 @@ Matrix3d about_z(double angle)
 /// How the rotation of a part is put together from its angles about x, y and z of the neutral posture.
 enum class Order {
     xzy,         ///< flexion, abduction, rotation about the long axis
+    zxy,         ///< the same for fingers, which bend about the z axis
     yxz,         ///< turn or pronation first: pelvis, wrist
     swing_twist  ///< shoulder: x is the elevation, z the plane, y the rotation
 };
@@ -109,8 +110,9 @@ private:
                 const std::string base = k == 1 ? side + "hand" : side + finger + "_" + std::to_string(k - 1);
                 const std::string second = k > 1 ? "" : thumb ? "abduction" : "-spread";
                 add(joint, base, {joint}, {second, "", thumb ? "flexion" : "-flexion"});
-                if (!thumb) continue;
                 Part& part = parts.back();
+                part.order = Order::zxy;
+                if (!thumb) continue;
                 part.thumb_side = side == "left_" ? 0 : 1;
                 // The axis of flexion is made of this side's own positions; the one of abduction lies across it.
                 part.sign = {part.thumb_side == 0 ? 1.0 : -1.0, 1.0, 1.0};
@@ -170,6 +172,8 @@ Matrix3d compose(const Part& part, const Vector3d& angle)
     switch (part.order) {
         case Order::xzy:
             return about_x(angle.x()) * about_z(angle.z()) * about_y(angle.y());
+        case Order::zxy:
+            return about_z(angle.z()) * about_x(angle.x()) * about_y(angle.y());
         case Order::yxz:
             return about_y(angle.y()) * about_x(angle.x()) * about_z(angle.z());
         case Order::swing_twist:
@@ -189,6 +193,8 @@ Vector3d decompose(const Part& part, const Matrix3d& r)
     Vector3d angle;
     if (part.order == Order::xzy) {
         angle << std::atan2(r(2, 1), r(1, 1)), std::atan2(r(0, 2), r(0, 0)), arcsine(-r(0, 1));
+    } else if (part.order == Order::zxy) {
+        angle << arcsine(r(2, 1)), std::atan2(-r(2, 0), r(2, 2)), std::atan2(-r(0, 1), r(1, 1));
     } else if (part.order == Order::yxz) {
         angle << arcsine(-r(1, 2)), std::atan2(r(0, 2), r(2, 2)), std::atan2(r(1, 0), r(1, 1));
     } else {
@@ -299,6 +305,25 @@ int find_clinical_angle(const std::string& name)
     const auto& names = clinical_angle_names();
     const auto found = std::find(names.begin(), names.end(), name);
     return found == names.end() ? -1 : static_cast<int>(found - names.begin());
+}
+
+ClinicalAxis clinical_axis(int angle)
+{
+    for (const Part& part : part_list().parts) {
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            if (part.angle[axis] != angle) continue;
+            ClinicalAxis result;
+            result.base = part.base;
+            for (const JointShare& joint : part.joints) {
+                if (joint.share[axis] > 0.0) result.joints.push_back(joint.joint);
+            }
+            result.axis = static_cast<int>(axis);
+            result.sign = part.sign[axis];
+            result.direction = part.order == Order::swing_twist && axis != 1;
+            return result;
+        }
+    }
+    throw Error(fmt::format("There is no clinical angle {}", angle));
 }
 
 ClinicalFrames::ClinicalFrames(const Eigen::Ref<const Points>& joint_positions)

@@ -30,6 +30,17 @@ const std::vector<std::string>& clinical_angle_names();
 /// Index into clinical_angle_names(), -1 where there is none of that name.
 int find_clinical_angle(const std::string& name);
 
+/// What an angle turns: joints of ours, the last of them against `base`, about an axis of the neutral posture (0, 1, 2:
+/// x to the left, y up, z forward; of the thumb's frame for its joints). The positive angle turns about sign * axis.
+struct ClinicalAxis {
+    int base = -1;            ///< joint, -1 for the world
+    std::vector<int> joints;  ///< those that share the angle, from the base outwards
+    int axis = 0;
+    double sign = 1.0;
+    bool direction = false;  ///< elevation or its plane: not an angle about one of the axes
+};
+ClinicalAxis clinical_axis(int angle);
+
 /// The neutral posture of a body, and what it takes to pass between angles and poses of it.
 class ClinicalFrames {
 public:
