@@ -1,0 +1,239 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "ndg/registration/articulated_model.h"
+
+#include "ndg/core/error.h"
+
+#include <cmath>
+#include <numeric>
+#include <utility>
+
+namespace ndg {
+namespace {
+
+constexpr double radian = EIGEN_PI / 180.0;
+/// Standard deviations of the logarithms of the parts' scales.
+constexpr double length_deviation = 0.07, girth_deviation = 0.15, extremity_deviation = 0.06;
+constexpr double difference_step = 1e-5;
+
+Eigen::Matrix3d rotation_of(const Eigen::Vector3d& rotation_vector)
+{
+    const double angle = rotation_vector.norm();
+    if (angle < 1e-12) return Eigen::Matrix3d::Identity();
+    return Eigen::AngleAxisd(angle, rotation_vector / angle).toRotationMatrix();
+}
+
+std::vector<int> all_rows(Eigen::Index count)
+{
+    std::vector<int> rows(static_cast<std::size_t>(count));
+    std::iota(rows.begin(), rows.end(), 0);
+    return rows;
+}
+
+/// Weighted sum of the joints' motions of one row.
+template <typename Motion>
+Eigen::Vector3d blend(const SkinningWeights& weights, int row, const Motion& motion)
+{
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    for (int k = 0; k < max_influences; ++k) {
+        const double weight = weights.weights(row, k);
+        if (weight > 0) sum += weight * motion(static_cast<std::size_t>(weights.joints(row, k)));
+    }
+    return sum;
+}
+
+}  // namespace
+
+void ArticulatedModel::add_turn(const std::vector<std::string>& joints, double degrees_across, double degrees_along,
+                                const Eigen::Vector3d& axis, std::vector<Eigen::Matrix3d>& priors)
+{
+    Turn turn;
+    for (const std::string& joint : joints) turn.joints.push_back(standard_skeleton().joint(joint));
+    turn.parameter = rotation_begin() + 3 * static_cast<int>(turns_.size());
+    turns_.push_back(std::move(turn));
+    const Eigen::Matrix3d along = axis * axis.transpose();
+    priors.push_back(along / (degrees_along * radian) +
+                     (Eigen::Matrix3d::Identity() - along) / (degrees_across * radian));
+}
+
+ArticulatedModel::ArticulatedModel(SkinnedSurface skin) : skin_(std::move(skin))
+{
+    const Skeleton& skeleton = standard_skeleton();
+    require(skin_.joint_positions.rows() == skeleton.num_joints(), "the skin has {} joints instead of {}",
+            skin_.joint_positions.rows(), skeleton.num_joints());
+    const auto joint_count = static_cast<std::size_t>(skeleton.num_joints());
+
+    // Parts, and where their bones point to. Joints not named go with their parent.
+    struct PartRow {
+        std::vector<std::string> joints;
+        int kind;
+        std::string end;  ///< of the bone, for the first joint; empty: upwards
+    };
+    const std::vector<PartRow> rows = {{{"pelvis", "spine_1", "spine_2"}, 3, ""},
+                                       {{"spine_3", "spine_4", "spine_5"}, 3, ""},
+                                       {{"neck_1", "neck_2"}, 2, ""},
+                                       {{"head"}, 1, ""},
+                                       {{"upper_arm"}, 2, "forearm"},
+                                       {{"forearm", "forearm_twist"}, 2, "hand"},
+                                       {{"hand"}, 1, ""},
+                                       {{"thigh"}, 2, "shin"},
+                                       {{"shin"}, 2, "foot"},
+                                       {{"foot"}, 1, ""}};
+    part_of_joint_.assign(joint_count, -1);
+    axis_of_joint_.assign(joint_count, Eigen::Vector3d::UnitY());
+    const auto sided = [](const std::string& name, const std::string& side) {
+        const bool middle =
+            name == "pelvis" || name == "head" || name.rfind("spine", 0) == 0 || name.rfind("neck", 0) == 0;
+        return middle ? name : side + name;
+    };
+    int parameter = 0;
+    for (std::size_t p = 0; p < rows.size(); ++p) {
+        parts_.push_back({parameter, rows[p].kind});
+        parameter += rows[p].kind;
+        for (const std::string side : {"left_", "right_"}) {
+            Eigen::Vector3d axis = Eigen::Vector3d::UnitY();
+            if (!rows[p].end.empty()) {
+                axis = (skin_.joint_positions.row(skeleton.joint(side + rows[p].end)) -
+                        skin_.joint_positions.row(skeleton.joint(side + rows[p].joints.front())))
+                           .transpose()
+                           .normalized();
+            }
+            for (const std::string& joint : rows[p].joints) {
+                const auto j = static_cast<std::size_t>(skeleton.joint(sided(joint, side)));
+                part_of_joint_[j] = static_cast<int>(p);
+                axis_of_joint_[j] = axis;
+            }
+        }
+    }
+    for (std::size_t j = 0; j < joint_count; ++j) {
+        if (part_of_joint_[j] >= 0) continue;
+        const auto parent = static_cast<std::size_t>(skeleton.parents[j]);
+        part_of_joint_[j] = part_of_joint_[parent];
+        axis_of_joint_[j] = axis_of_joint_[parent];
+    }
+
+    std::vector<Eigen::Matrix3d> priors;
+    const Eigen::Vector3d up = Eigen::Vector3d::UnitY();
+    add_turn({"spine_1", "spine_2", "spine_3"}, 8.0, 5.0, up, priors);
+    add_turn({"spine_4", "spine_5"}, 5.0, 4.0, up, priors);
+    add_turn({"neck_1", "neck_2", "head"}, 12.0, 8.0, up, priors);
+    for (const std::string side : {"left_", "right_"}) {
+        const auto axis = [&](const std::string& joint) {
+            return axis_of_joint_[static_cast<std::size_t>(skeleton.joint(side + joint))];
+        };
+        // A surface says little of a limb's twist about its own bone.
+        add_turn({side + "clavicle"}, 4.0, 2.0, Eigen::Vector3d::UnitX(), priors);
+        add_turn({side + "upper_arm"}, 25.0, 6.0, axis("upper_arm"), priors);
+        add_turn({side + "forearm"}, 20.0, 3.0, axis("forearm"), priors);
+        add_turn({side + "hand"}, 10.0, 6.0, axis("forearm"), priors);
+        add_turn({side + "thigh"}, 15.0, 6.0, axis("thigh"), priors);
+        add_turn({side + "shin"}, 12.0, 2.0, axis("shin"), priors);
+        add_turn({side + "foot"}, 10.0, 6.0, axis("shin"), priors);
+    }
+    scale_begin_ = rotation_begin() + 3 * static_cast<int>(turns_.size());
+    for (Part& part : parts_) part.parameter += scale_begin_;
+    prior_ = Eigen::MatrixXd::Zero(scale_begin_ + parameter, scale_begin_ + parameter);
+    for (std::size_t t = 0; t < turns_.size(); ++t) {
+        prior_.block<3, 3>(turns_[t].parameter, turns_[t].parameter) = priors[t];
+    }
+    for (const Part& part : parts_) {
+        for (int k = 0; k < part.kind; ++k) {
+            const bool length = part.kind == 3 ? k == 1 : k == 0;
+            const double deviation = part.kind == 1 ? extremity_deviation : length ? length_deviation : girth_deviation;
+            prior_(part.parameter + k, part.parameter + k) = 1.0 / deviation;
+        }
+    }
+}
+
+std::vector<Eigen::Matrix3d> ArticulatedModel::part_scales(const Eigen::VectorXd& parameters) const
+{
+    std::vector<Eigen::Matrix3d> scales(part_of_joint_.size());
+    for (std::size_t j = 0; j < scales.size(); ++j) {
+        const Part& part = parts_[static_cast<std::size_t>(part_of_joint_[j])];
+        const Eigen::VectorXd factors = parameters.segment(part.parameter, part.kind).array().exp();
+        if (part.kind == 3) {
+            scales[j] = Eigen::Vector3d(factors).asDiagonal();
+        } else if (part.kind == 2) {
+            const Eigen::Matrix3d along = axis_of_joint_[j] * axis_of_joint_[j].transpose();
+            scales[j] = factors[0] * along + factors[1] * (Eigen::Matrix3d::Identity() - along);
+        } else {
+            scales[j] = factors[0] * Eigen::Matrix3d::Identity();
+        }
+        scales[j] *= std::exp(parameters[6]);
+    }
+    return scales;
+}
+
+Points ArticulatedModel::rest_joints(const Eigen::VectorXd& parameters) const
+{
+    const auto scales = part_scales(parameters);
+    const auto& parents = standard_skeleton().parents;
+    Points joints = skin_.joint_positions;
+    for (std::size_t j = 1; j < scales.size(); ++j) {
+        const auto row = static_cast<Eigen::Index>(j), parent = static_cast<Eigen::Index>(parents[j]);
+        const Eigen::RowVector3d bone = skin_.joint_positions.row(row) - skin_.joint_positions.row(parent);
+        joints.row(row) = joints.row(parent) + bone * scales[static_cast<std::size_t>(parent)];
+    }
+    return joints;
+}
+
+Points ArticulatedModel::rest_vertices(const Eigen::VectorXd& parameters, const std::vector<int>& rows) const
+{
+    const std::vector<int>& wanted = rows.empty() ? all_rows(skin_.vertices.rows()) : rows;
+    const auto scales = part_scales(parameters);
+    const Points joints = rest_joints(parameters);
+    Points result(static_cast<Eigen::Index>(wanted.size()), 3);
+    for (std::size_t i = 0; i < wanted.size(); ++i) {
+        const Eigen::RowVector3d vertex = skin_.vertices.row(wanted[i]);
+        result.row(static_cast<Eigen::Index>(i)) =
+            blend(skin_.weights, wanted[i], [&](std::size_t j) -> Eigen::Vector3d {
+                const auto row = static_cast<Eigen::Index>(j);
+                return (joints.row(row) + (vertex - skin_.joint_positions.row(row)) * scales[j]).transpose();
+            }).transpose();
+    }
+    return result;
+}
+
+Pose ArticulatedModel::pose(const Eigen::VectorXd& parameters) const
+{
+    Pose result = Pose::rest(standard_skeleton().num_joints());
+    result.parent_from_joint[0] = rotation_of(parameters.head<3>());
+    result.root_translation = parameters.segment<3>(3);
+    for (const Turn& turn : turns_) {
+        const Eigen::Vector3d share = parameters.segment<3>(turn.parameter) / static_cast<double>(turn.joints.size());
+        for (const int j : turn.joints) result.parent_from_joint[static_cast<std::size_t>(j)] = rotation_of(share);
+    }
+    return result;
+}
+
+Points ArticulatedModel::posed_vertices(const Eigen::VectorXd& parameters, const std::vector<int>& rows) const
+{
+    const std::vector<int>& wanted = rows.empty() ? all_rows(skin_.vertices.rows()) : rows;
+    const auto world_from_rest = forward_kinematics(standard_skeleton(), rest_joints(parameters), pose(parameters));
+    Points result = rest_vertices(parameters, wanted);
+    for (std::size_t i = 0; i < wanted.size(); ++i) {
+        const Eigen::Vector3d rest = result.row(static_cast<Eigen::Index>(i)).transpose();
+        result.row(static_cast<Eigen::Index>(i)) =
+            blend(skin_.weights, wanted[i], [&](std::size_t j) -> Eigen::Vector3d {
+                return world_from_rest[j] * rest;
+            }).transpose();
+    }
+    return result;
+}
+
+Eigen::MatrixXd ArticulatedModel::jacobian(const Eigen::VectorXd& parameters, const std::vector<int>& rows) const
+{
+    Eigen::MatrixXd result(3 * static_cast<Eigen::Index>(rows.size()), num_parameters());
+#pragma omp parallel for schedule(dynamic, 1)
+    for (int p = 0; p < num_parameters(); ++p) {
+        Eigen::VectorXd moved = parameters;
+        moved[p] = parameters[p] + difference_step;
+        const Points after = posed_vertices(moved, rows);
+        moved[p] = parameters[p] - difference_step;
+        const Points before = posed_vertices(moved, rows);
+        const Points difference = (after - before) / (2.0 * difference_step);
+        result.col(p) = Eigen::Map<const Eigen::VectorXd>(difference.data(), difference.size());
+    }
+    return result;
+}
+
+}  // namespace ndg

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "ndg/body/template.h"
+#include "ndg/core/error.h"
+#include "ndg/core/tool.h"
+#include "ndg/io/mesh.h"
+#include "ndg/registration/scan_simulation.h"
+#include "ndg/registration/scan_truth.h"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+
+int main(int argc, char** argv)
+{
+    using namespace ndg;
+    Tool tool("simulate-scans",
+              "Scans skins as a body scanner would: other triangulation, noise, holes, another pose and place; keeps "
+              "the truth.",
+              "simulate-scans --template template.h5 --skins skins.h5 --scans scans --output truth.h5");
+    std::string template_path, skins_path, folder, output, unit = "m", up = "y";
+    ScanSimulationOptions options;
+    int first = 0, count = 0;
+    tool.input("template", template_path, "template file");
+    tool.input("skins", skins_path, "skins in the template's tessellation");
+    tool.parameter("scans", folder, "folder for the scans, NAME.ply each; made if need be");
+    tool.output("output", output, "file for the true posed skins and joints");
+    tool.parameter("points", options.points, "points of a scan, about", 2000, 5000000);
+    tool.parameter("noise", options.noise, "standard deviation of the noise along the normal, m", 0.0, 0.02);
+    tool.parameter("pose-angle", options.pose_angle, "shoulders, elbows, hips and knees turn by up to this, degrees", 0,
+                   30);
+    tool.parameter("hole-radius", options.hole_radius, "of the holes at armpits and crotch, m; 0: no holes at all", 0.0,
+                   0.2);
+    tool.parameter("cloud", options.cloud, "points without triangles");
+    tool.parameter("place", options.place, "random heading and position");
+    tool.parameter("unit", unit, "unit of the scan files", scan_units());
+    tool.parameter("up", up, "axis of the scan files that points up", {"x", "y", "z", "-x", "-y", "-z"});
+    tool.parameter("first", first, "first body to scan", 0, 1000000);
+    tool.parameter("count", count, "number of bodies to scan; 0: all from the first on", 0, 1000000);
+    return tool.run(argc, argv, [&] {
+        require_input(!folder.empty(), "--scans is missing");
+        const Template body_template = read_template(template_path);
+        const BodySet skins = read_skins(skins_path, body_template);
+        const int total = static_cast<int>(skins.bodies.size());
+        require_input(first < total, "{}: --first {}, but there are {} bodies", skins_path, first, total);
+        const int end = count > 0 ? std::min(total, first + count) : total;
+        std::filesystem::create_directories(folder);
+        const Eigen::Matrix3d file_from_world = rotation_to_y_up(up).transpose() / metres_of_unit(unit);
+        ScanTruth truth;
+        std::size_t points = 0;
+        for (int b = first; b < end; ++b) {
+            const Body& body = skins.bodies[static_cast<std::size_t>(b)];
+            SimulatedScan simulated = simulate_scan(
+                {body.skin_vertices, body_template.skin_triangles, body_template.skin_weights, body.joint_positions},
+                options, tool.seed(), b);
+            const Points vertices = simulated.scan.vertices * file_from_world.transpose();
+            write_mesh((std::filesystem::path(folder) / (body.name + ".ply")).string(), vertices,
+                       simulated.scan.triangles);
+            points += static_cast<std::size_t>(vertices.rows());
+            truth.bodies.push_back({body.name, std::move(simulated.posed_skin), std::move(simulated.posed_joints),
+                                    body.skin_vertices, body.joint_positions});
+        }
+        write_scan_truth(output, truth, tool.provenance());
+        fmt::print("scans: {} of {} points in the mean\n", truth.bodies.size(), points / truth.bodies.size());
+    });
+}
