@@ -25,6 +25,20 @@ constexpr double attachment_distance = 0.010;
 constexpr double blend_distance = 0.004;
 constexpr int blend_smoothing_steps = 8;
 
+constexpr double far_away = 1e3;
+
+/// Bones that move as one.
+struct Group {
+    TriangleTree tree;
+    Eigen::AlignedBox3d box;
+    const Map* map;
+};
+
+Eigen::AlignedBox3d bounding_box(const Points& vertices)
+{
+    return {vertices.colwise().minCoeff().transpose(), vertices.colwise().maxCoeff().transpose()};
+}
+
 bool contains(const std::string& text, const std::string& word)
 {
     return text.find(word) != std::string::npos;
@@ -102,14 +116,20 @@ BoneGroup limb_group(const std::string& name, const std::string& side)
 }
 
 /// For each vertex of a muscle the shares of the groups, N x G.
-RowMatrix blend_weights(const AnatomyMesh& muscle, const std::vector<TriangleTree>& trees)
+RowMatrix blend_weights(const AnatomyMesh& muscle, const std::vector<Group>& groups)
 {
     const Eigen::Index num_vertices = muscle.vertices.rows();
-    const auto num_groups = static_cast<Eigen::Index>(trees.size());
-    RowMatrix weights(num_vertices, num_groups);
-    for (Eigen::Index v = 0; v < num_vertices; ++v)
-        for (Eigen::Index g = 0; g < num_groups; ++g)
-            weights(v, g) = trees[std::size_t(g)].closest(muscle.vertices.row(v).transpose()).distance;
+    const auto num_groups = static_cast<Eigen::Index>(groups.size());
+    const Eigen::AlignedBox3d box = bounding_box(muscle.vertices);
+    double search = attachment_distance;
+    const auto in_reach = [&](const Group& group) { return group.box.exteriorDistance(box) <= search; };
+    while (std::none_of(groups.begin(), groups.end(), in_reach)) search *= 2.0;
+    RowMatrix weights = RowMatrix::Constant(num_vertices, num_groups, far_away);
+    for (Eigen::Index g = 0; g < num_groups; ++g) {
+        if (!in_reach(groups[std::size_t(g)])) continue;
+        for (Eigen::Index v = 0; v < num_vertices; ++v)
+            weights(v, g) = groups[std::size_t(g)].tree.closest(muscle.vertices.row(v).transpose()).distance;
+    }
     const Eigen::RowVectorXd nearest = weights.colwise().minCoeff();
     const double reach = std::max(attachment_distance, nearest.minCoeff());
     for (Eigen::Index g = 0; g < num_groups; ++g) {
@@ -132,8 +152,8 @@ RowMatrix blend_weights(const AnatomyMesh& muscle, const std::vector<TriangleTre
     return weights;
 }
 
-/// Vertices and triangles of all bones of a group as one mesh.
-TriangleTree group_tree(const std::vector<AnatomyMesh>& parts, const std::vector<std::size_t>& members)
+/// All bones of a group as one mesh, and where they go.
+Group make_group(const std::vector<AnatomyMesh>& parts, const std::vector<std::size_t>& members, const Map& map)
 {
     Eigen::Index num_vertices = 0, num_triangles = 0;
     for (const std::size_t i : members) {
@@ -149,7 +169,7 @@ TriangleTree group_tree(const std::vector<AnatomyMesh>& parts, const std::vector
         vertex += parts[i].vertices.rows();
         triangle += parts[i].triangles.rows();
     }
-    return TriangleTree(vertices, triangles);
+    return {TriangleTree(vertices, triangles), bounding_box(vertices), &map};
 }
 
 /// Group whose map carries a joint: the bone the joint's centre was found on.
@@ -245,12 +265,8 @@ RegistrationResult register_anatomy(std::vector<AnatomyMesh>& parts, const Anato
         group_of[i] = group.group;
         members[group.group].push_back(i);
     }
-    std::vector<TriangleTree> trees;
-    std::vector<const Map*> group_maps;
-    for (const auto& [name, bones] : members) {
-        trees.push_back(group_tree(parts, bones));
-        group_maps.push_back(&maps.at(name));
-    }
+    std::vector<Group> groups;
+    for (const auto& [name, bones] : members) groups.push_back(make_group(parts, bones, maps.at(name)));
 #pragma omp parallel for schedule(dynamic, 1)
     for (std::ptrdiff_t i = 0; i < std::ptrdiff_t(parts.size()); ++i) {
         AnatomyMesh& part = parts[std::size_t(i)];
@@ -260,12 +276,12 @@ RegistrationResult register_anatomy(std::vector<AnatomyMesh>& parts, const Anato
                 part.vertices.row(v) = map(part.vertices.row(v).transpose()).transpose();
             continue;
         }
-        const RowMatrix weights = blend_weights(part, trees);
+        const RowMatrix weights = blend_weights(part, groups);
         for (Eigen::Index v = 0; v < part.vertices.rows(); ++v) {
             const Vector3d source = part.vertices.row(v).transpose();
             Vector3d moved = Vector3d::Zero();
             for (Eigen::Index g = 0; g < weights.cols(); ++g)
-                if (weights(v, g) > 0.0) moved += weights(v, g) * (*group_maps[std::size_t(g)])(source);
+                if (weights(v, g) > 0.0) moved += weights(v, g) * (*groups[std::size_t(g)].map)(source);
             part.vertices.row(v) = moved.transpose();
         }
     }

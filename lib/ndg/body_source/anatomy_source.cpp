@@ -27,6 +27,7 @@ AnatomySource anatomy_source(const MakeHuman& body, const std::string& bodyparts
     source.joint_positions = std::move(registration.joint_positions);
     for (std::size_t i = 0; i < registration.joint_names.size(); ++i)
         result.joints.push_back({registration.joint_names[i], registration.joint_distances[i]});
+    if (options.fit_to_skin) result.skin_fit = fit_to_skin(source.anatomy, target);
     return result;
 }
 

@@ -2,6 +2,7 @@
 // Real bones and muscles in a parametric skin: BodyParts3D's anatomy brought into MakeHuman's body.
 #pragma once
 
+#include "ndg/body_source/anatomy_skin_fit.h"
 #include "ndg/body_source/bodyparts3d.h"
 #include "ndg/body_source/makehuman.h"
 #include "ndg/body_source/template_source.h"
@@ -24,6 +25,7 @@ struct AnatomyJoint {
 struct AnatomySource {
     TemplateSource source;
     std::vector<AnatomyJoint> joints;
+    SkinFitReport skin_fit;
 };
 
 /// MakeHuman's body of these parameters with the bones and muscles of BodyParts3D's man inside, posed, scaled and

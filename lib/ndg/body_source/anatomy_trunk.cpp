@@ -48,6 +48,22 @@ double interpolate(const std::vector<double>& knots, const std::vector<double>& 
     return (1.0 - share) * values[next - 1] + share * values[next];
 }
 
+/// Piecewise linear, straight on beyond the ends, averaged over x +- reach so that the slope changes gradually.
+double averaged(const std::vector<double>& knots, const std::vector<double>& values, double x, double reach)
+{
+    constexpr int samples = 9;
+    double sum = 0;
+    for (int i = 0; i < samples; ++i) {
+        const double at = x + reach * (2.0 * i / (samples - 1) - 1.0);
+        const std::size_t last = knots.size() - 1;
+        std::size_t k = 1;
+        while (k < last && at > knots[k]) ++k;
+        const double slope = (values[k] - values[k - 1]) / (knots[k] - knots[k - 1]);
+        sum += values[k - 1] + slope * (at - knots[k - 1]);
+    }
+    return sum / samples;
+}
+
 void smooth(std::vector<double>& values, int steps)
 {
     for (int step = 0; step < steps; ++step) {
@@ -77,6 +93,12 @@ FatDepth fat_depth(bool female)
     return female ? FatDepth{0.010, 0.012, 0.015, 0.006} : FatDepth{0.008, 0.010, 0.011, 0.006};
 }
 
+/// Soft tissue below the chin, and how far the chin may lie behind the forehead, m.
+constexpr double chin_cover = 0.008, face_depth = 0.035;
+/// Depth of the back of the source's lumbar spine, m, and the share of the rig's say in where the hips are.
+constexpr double loin_depth = 0.028, rig_share = 0.4;
+/// Thickness of the latissimus beside the upper thorax, m, which this source leaves out.
+constexpr double latissimus = 0.012;
 constexpr double section_step = 0.02;
 /// Half-width of the strip around the midline in which breastbone and spinous processes are looked for.
 constexpr double midline = 0.015;
@@ -137,6 +159,20 @@ void TrunkMap::fit_head(const std::vector<AnatomyMesh>& parts, const BonePoints&
         head_scale_[k] = (target_high[k] - target_low[k]) / (source_high[k] - source_low[k]);
         head_offset_[k] = target_low[k] - head_scale_[k] * source_low[k];
     }
+    // Below the eyes the face has its own height: to the chin, the lowest skin in the midline below the nose's root.
+    double source_chin = source_eye, target_chin = target_eye;
+    for (const AnatomyMesh& part : parts)
+        if (part.name == "Mandible") source_chin = part.vertices.col(1).minCoeff();
+    const Eigen::VectorXd head_weight = target.region_weight({"head", "jaw"});
+    for (Eigen::Index v = 0; v < target.vertices.rows(); ++v) {
+        const bool in_face = head_weight[v] > 0.5 && std::abs(target.vertices(v, 0)) < midline &&
+                             target.vertices(v, 2) > target_high[2] - face_depth;
+        if (in_face) target_chin = std::min(target_chin, target.vertices(v, 1));
+    }
+    require(source_chin < source_eye && target_chin + chin_cover < target_eye, "the head has no chin below its eyes");
+    const double face_scale = (target_eye - target_chin - chin_cover) / (source_eye - source_chin);
+    head_heights_ = {source_chin, source_eye, source_high[1]};
+    head_values_ = {target_eye - face_scale * (source_eye - source_chin), target_eye, target_high[1]};
 }
 
 void TrunkMap::fit_heights(const BonePoints& points, const AnatomyTarget& target)
@@ -156,18 +192,7 @@ void TrunkMap::fit_heights(const BonePoints& points, const AnatomyTarget& target
 
 double TrunkMap::height(double source_height) const
 {
-    // Averaged over 8 cm so that the slope changes gradually; straight on beyond the ends.
-    constexpr int samples = 9;
-    double sum = 0;
-    for (int i = 0; i < samples; ++i) {
-        const double y = source_height + 0.04 * (2.0 * i / (samples - 1) - 1.0);
-        const std::size_t last = height_knots_.size() - 1;
-        std::size_t k = 1;
-        while (k < last && y > height_knots_[k]) ++k;
-        const double slope = (height_values_[k] - height_values_[k - 1]) / (height_knots_[k] - height_knots_[k - 1]);
-        sum += height_values_[k - 1] + slope * (y - height_knots_[k - 1]);
-    }
-    return sum / samples;
+    return averaged(height_knots_, height_values_, source_height, 0.04);
 }
 
 void TrunkMap::fit_sections(const std::vector<AnatomyMesh>& parts, const BonePoints& points,
@@ -180,14 +205,15 @@ void TrunkMap::fit_sections(const std::vector<AnatomyMesh>& parts, const BonePoi
     const double stature_scale =
         (height_values_.back() - height_values_.front()) / (height_knots_.back() - height_knots_.front());
     const double hip = points.at("left_thigh")[1], crest = hip + 0.14, armpit = points.at("spine_5")[1] + 0.01;
+    const double collar = 0.5 * (points.at("left_clavicle")[1] + points.at("right_clavicle")[1]);
     const double source_hip_x = 0.5 * (points.at("left_thigh")[0] - points.at("right_thigh")[0]);
     // The rig's hips stand wider apart than hip joints do; half way between the rig and the man's own breadth.
     const double rig_hip_x = 0.5 * (target.joint("left_thigh")[0] - target.joint("right_thigh")[0]);
     const double hip_scale = 0.5 * (rig_hip_x / source_hip_x + stature_scale);
 
-    std::vector<double> source_back, source_front, target_back, target_front, side_scale;
-    // Above the larynx the chin comes in, and the neck is the head map's from there on.
-    for (double y = hip - 0.04; y <= neck_begin_ + 0.03; y += section_step) {
+    std::vector<double> side_scale;
+    // The pelvis moves as one from its crest down; above the larynx the chin comes in.
+    for (double y = crest - 0.02; y <= neck_begin_ + 0.02; y += section_step) {
         Section source_middle, source_side, target_middle, target_side;
         for (const AnatomyMesh& part : parts) {
             const bool is_side = contains(part.name, "rib") || contains(part.name, "external oblique") ||
@@ -202,16 +228,23 @@ void TrunkMap::fit_sections(const std::vector<AnatomyMesh>& parts, const BonePoi
         require(!source_middle.empty() && !target_middle.empty(),
                 "nothing lies in the midline at height {:.3f} m of the skeleton or {:.3f} m of the skin", y, height(y));
         section_heights_.push_back(y);
-        const double source_depth = source_middle.front - source_middle.back;
-        const double wanted = target_middle.front - fat.front - (target_middle.back + fat.back);
-        // A spine without anything in front of it (or the chin's shadow) says nothing about depth.
-        const double scale = std::clamp(wanted / source_depth, 0.85 * stature_scale, 1.3 * stature_scale);
-        const double middle = 0.5 * (target_middle.front - fat.front + target_middle.back + fat.back);
+        // Back and front each say where they go; where only one of them is the skeleton's, the depth follows from the
+        // stature: in front of the neck there is no breastbone, behind the pelvis there are buttocks.
+        const double depth_scale = std::clamp((target_middle.front - fat.front - target_middle.back - fat.back) /
+                                                  (source_middle.front - source_middle.back),
+                                              0.75 * stature_scale, 1.2 * stature_scale);
+        const double neck_share = smoothstep(collar, collar + 0.04, y);
+        const double scale = depth_scale + neck_share * (0.95 * stature_scale - depth_scale);
+        const double by_back = target_middle.back + fat.back - scale * source_middle.back;
+        const double by_front = target_middle.front - fat.front - scale * source_middle.front;
         scale_z_.push_back(scale);
-        offset_z_.push_back(middle - scale * 0.5 * (source_middle.front + source_middle.back));
-        const double side = (target_side.half_width - fat.side) / std::max(source_side.half_width, 0.05);
+        offset_z_.push_back(0.5 * (1.0 + neck_share) * by_back + 0.5 * (1.0 - neck_share) * by_front);
+        const double side_cover = fat.side + latissimus * smoothstep(armpit - 0.15, armpit - 0.02, y);
+        const double side = (target_side.half_width - side_cover) / std::max(source_side.half_width, 0.05);
         side_scale.push_back(std::clamp(side, 0.8 * stature_scale, 1.3 * stature_scale));
     }
+    add_pelvis(points, target, stature_scale, crest);
+    side_scale.insert(side_scale.begin(), section_heights_.size() - side_scale.size(), side_scale.front());
     // The offset goes with the scale; smoothing both alike keeps the depth of a point where both are constant.
     smooth(scale_z_, 6);
     smooth(offset_z_, 6);
@@ -227,6 +260,25 @@ void TrunkMap::fit_sections(const std::vector<AnatomyMesh>& parts, const BonePoi
     smooth(scale_x_, 6);
 }
 
+void TrunkMap::add_pelvis(const BonePoints& points, const AnatomyTarget& target, double stature_scale, double crest)
+{
+    // The sacrum's back goes on from the loin; the hips then are moved part of the way to the rig's, which lie further
+    // back than the hip joints do.
+    const double scale = stature_scale, hip = points.at("pelvis")[1], hip_depth = points.at("pelvis")[2];
+    const double loin_back = scale_z_.front() * loin_depth + offset_z_.front();
+    const double offset = loin_back - scale * loin_depth;
+    const double rig_depth = 0.5 * (target.joint("left_thigh")[2] + target.joint("right_thigh")[2]);
+    const double shift = rig_share * (rig_depth - (scale * hip_depth + offset));
+    std::vector<double> heights, offsets;
+    for (double y = hip - 0.08; y < section_heights_.front() - 0.5 * section_step; y += section_step) {
+        heights.push_back(y);
+        offsets.push_back(offset + shift * (1.0 - smoothstep(hip, crest, y)));
+    }
+    section_heights_.insert(section_heights_.begin(), heights.begin(), heights.end());
+    offset_z_.insert(offset_z_.begin(), offsets.begin(), offsets.end());
+    scale_z_.insert(scale_z_.begin(), heights.size(), scale);
+}
+
 Eigen::Vector3d TrunkMap::below_head(const Eigen::Vector3d& source) const
 {
     const double y = source[1];
@@ -236,7 +288,9 @@ Eigen::Vector3d TrunkMap::below_head(const Eigen::Vector3d& source) const
 
 Eigen::Vector3d TrunkMap::head(const Eigen::Vector3d& source) const
 {
-    return head_scale_.cwiseProduct(source) + head_offset_;
+    Eigen::Vector3d moved = head_scale_.cwiseProduct(source) + head_offset_;
+    moved[1] = averaged(head_heights_, head_values_, source[1], 0.015);
+    return moved;
 }
 
 Eigen::Vector3d TrunkMap::trunk(const Eigen::Vector3d& source) const

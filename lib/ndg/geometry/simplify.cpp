@@ -16,6 +16,7 @@
 #include <CGAL/Surface_mesh_simplification/Policies/Edge_collapse/Count_stop_predicate.h>
 #include <CGAL/Surface_mesh_simplification/Policies/Edge_collapse/GarlandHeckbert_plane_policies.h>
 #include <CGAL/Surface_mesh_simplification/edge_collapse.h>
+#include <CGAL/boost/graph/Euler_operations.h>
 #include <CGAL/boost/graph/helpers.h>
 
 #include <algorithm>
@@ -94,6 +95,16 @@ void fill_holes(SurfaceMesh& surface)
         if (!surface.is_border(border)) continue;
         std::vector<SurfaceMesh::Face_index> patch;
         pmp::triangulate_hole(surface, border, std::back_inserter(patch));
+        if (!patch.empty()) continue;
+        // No triangulation of the border itself avoids edges that exist already: a fan around its centre does.
+        double x = 0, y = 0, z = 0, count = 0;
+        for (const auto halfedge : surface.halfedges_around_face(border)) {
+            const Point& point = surface.point(surface.target(halfedge));
+            x += point.x(), y += point.y(), z += point.z(), count += 1;
+        }
+        CGAL::Euler::fill_hole(border, surface);
+        const auto centre = CGAL::Euler::add_center_vertex(border, surface);
+        surface.point(surface.target(centre)) = Point(x / count, y / count, z / count);
     }
 }
 
