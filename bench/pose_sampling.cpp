@@ -18,7 +18,7 @@ using namespace ndg;
 
 namespace {
 
-Eigen::Matrix3d rotation_of(const Eigen::Vector3d& rotation_vector)
+Eigen::Matrix3d turn_by(const Eigen::Vector3d& rotation_vector)
 {
     const double angle = rotation_vector.norm();
     if (angle == 0.0) return Eigen::Matrix3d::Identity();
@@ -51,7 +51,7 @@ std::vector<Pose> synthetic_motion(int count, int num_joints, std::uint64_t seed
             for (int i = begin - warm_up; i < std::min(count, begin + clip_frames); ++i) {
                 once = keep * once + gain * normal_vector(random);
                 twice = keep * twice + once;
-                if (i >= begin) poses[i].parent_from_joint[j] = rotation_of(range[j] * (mean + twice));
+                if (i >= begin) poses[i].parent_from_joint[j] = turn_by(range[j] * (mean + twice));
             }
         }
     }
@@ -79,7 +79,7 @@ std::vector<Pose> multiplied(const PoseSet& set, int count, std::uint64_t seed)
             if (rotation == set.poses.front().parent_from_joint[j]) continue;
             const Eigen::Quaterniond between =
                 to_quaternion(rotation).slerp(share, to_quaternion(other.parent_from_joint[j]));
-            rotation = between.toRotationMatrix() * rotation_of(jitter);
+            rotation = between.toRotationMatrix() * turn_by(jitter);
         }
     }
     return poses;

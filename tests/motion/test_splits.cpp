@@ -9,6 +9,7 @@
 #include <cmath>
 #include <map>
 #include <set>
+#include <string>
 
 using namespace ndg;
 using Catch::Matchers::Contains;
@@ -112,6 +113,34 @@ void check_disjoint(const std::map<std::string, std::vector<int>>& splits, int c
     CHECK(static_cast<int>(seen.size()) >= least_used);
 }
 
+/// What splits must not do; "" where they do not. Every pair of poses is looked at, whatever made the splits.
+std::string fault(const PoseSet& poses, const Splits& splits, double guard_seconds)
+{
+    for (const auto& [what, members] :
+         {std::make_pair("body", &splits.bodies), std::make_pair("pose", &splits.poses)}) {
+        std::map<int, std::string> split_of;
+        for (const auto& [name, indices] : *members) {
+            for (const int idx : indices) {
+                if (!split_of.emplace(idx, name).second) return fmt::format("{} {} is in two splits", what, idx);
+            }
+        }
+    }
+    for (const auto& [name, pairs] : splits.pairs) {
+        std::set<std::pair<int, int>> seen;
+        for (const SamplePair& pair : pairs) {
+            const auto &bodies = splits.bodies.at(name), &of_split = splits.poses.at(name);
+            if (std::count(bodies.begin(), bodies.end(), pair.body_idx) != 1)
+                return "a pair has a body of another split";
+            if (std::count(of_split.begin(), of_split.end(), pair.pose_idx) != 1) {
+                return "a pair has a pose of another split";
+            }
+            if (!seen.insert({pair.body_idx, pair.pose_idx}).second) return "a pair is drawn twice";
+        }
+    }
+    if (least_gap(poses, splits) < guard_seconds - 1e-9) return "neighbouring frames are in two splits";
+    return "";
+}
+
 }  // namespace
 
 TEST_CASE("splits are disjoint, near the fractions and apart in time")
@@ -129,6 +158,7 @@ TEST_CASE("splits are disjoint, near the fractions and apart in time")
     CHECK(splits.bodies.at("train").size() == 19);
     CHECK(splits.bodies.at("test").size() == 3);
     CHECK(least_gap(poses, splits) >= 0.5 - 1e-9);
+    CHECK(fault(poses, splits, options.guard_seconds).empty());
     for (const auto& [name, fraction] :
          std::map<std::string, double>{{"train", 0.8}, {"validation", 0.1}, {"test", 0.1}}) {
         CHECK(static_cast<double>(splits.poses.at(name).size()) ==
@@ -145,6 +175,41 @@ TEST_CASE("a guard longer than a segment still holds")
     options.num_pairs = {5, 5, 5};
     const Splits splits = make_splits(10, poses, options);
     CHECK(least_gap(poses, splits) >= 2.6 - 1e-9);
+}
+
+TEST_CASE("a shared body, pose or neighbourhood would be found")
+{
+    const PoseSet poses = clips({40, 25, 30});
+    SplitOptions options;
+    options.num_pairs = {50, 5, 5};
+    const Splits good = make_splits(20, poses, options);
+    CHECK(fault(poses, good, 0.5).empty());
+
+    Splits bad = good;
+    bad.bodies["test"].push_back(bad.bodies["train"].front());
+    CHECK_THAT(fault(poses, bad, 0.5), Contains("is in two splits"));
+    bad = good;
+    bad.poses["validation"].push_back(bad.poses["test"].back());
+    CHECK_THAT(fault(poses, bad, 0.5), Contains("is in two splits"));
+    bad = good;
+    bad.pairs["test"].front().body_idx = bad.bodies["train"].front();
+    CHECK_THAT(fault(poses, bad, 0.5), Contains("body of another split"));
+    bad = good;
+    bad.pairs["test"].front().pose_idx = bad.poses["train"].front();
+    CHECK_THAT(fault(poses, bad, 0.5), Contains("pose of another split"));
+    bad = good;
+    bad.pairs["train"].back() = bad.pairs["train"].front();
+    CHECK_THAT(fault(poses, bad, 0.5), Contains("drawn twice"));
+    // A pose of train goes to the test split while the frame beside it stays.
+    bad = good;
+    const int moved = bad.poses["train"][bad.poses["train"].size() / 2];
+    bad.poses["train"].erase(std::find(bad.poses["train"].begin(), bad.poses["train"].end(), moved));
+    bad.poses["test"].push_back(moved);
+    bad.pairs.clear();
+    CHECK_THAT(fault(poses, bad, 0.5), Contains("neighbouring frames"));
+    // Without a guard poses on both sides of a border are neighbours.
+    options.guard_seconds = 0.0;
+    CHECK_THAT(fault(poses, make_splits(20, poses, options), 0.5), Contains("neighbouring frames"));
 }
 
 TEST_CASE("the same seed gives the same splits, another seed others")
