@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ndg/body_source/procedural_body.h"
 
+#include "ndg/body_source/procedural_anatomy.h"
 #include "ndg/body_source/procedural_skin.h"
 #include "ndg/body_source/procedural_surface.h"
 #include "ndg/body_source/procedural_weights.h"
@@ -21,6 +22,19 @@ constexpr int max_girth_steps = 12;
 constexpr double min_girth = -2.5, max_girth = 9.0;
 
 }  // namespace
+
+/// A person found: the layout with the fat that the mass asks for, the skin's left half and the last scaling.
+struct SolvedPerson {
+    BodyLayout layout;
+    Points half;
+    double scale, floor;
+
+    void finish(Points& points) const
+    {
+        points.col(1).array() -= floor;
+        points *= scale;
+    }
+};
 
 struct ProceduralBody::State {
     BodyLayout layout;  ///< of the reference person
@@ -48,6 +62,8 @@ struct ProceduralBody::State {
         const Points carried = carry_points(layout, to, weights.topRows(n), surface.vertices.topRows(n));
         return settle_on_skin(surface, carried, skin_field(to));
     }
+    SolvedPerson solve(const ProceduralParameters& parameters) const;
+    ParametricSurface surface_of(const SolvedPerson& person) const;
     double mass(const Points& half, const ProceduralParameters& p) const
     {
         const Points all = surface.complete(half);
@@ -75,51 +91,62 @@ const std::vector<int>& ProceduralBody::mirror() const
     return state_->mirror;
 }
 
-ParametricSurface ProceduralBody::evaluate(const ProceduralParameters& parameters) const
+SolvedPerson ProceduralBody::State::solve(const ProceduralParameters& parameters) const
 {
     parameters.check();
     // Secant method on the girth: mass grows with it, a little faster than linearly.
     double girth = std::clamp((parameters.bmi() - 22.0) / 6.0, -1.0, 3.5), low = min_girth, high = max_girth;
     double last_girth = girth, last_mass = 0.0;
-    Points half;
     for (int step = 0;; ++step) {
-        half = state_->half_skin(BodyLayout(parameters, girth));
-        const double mass = state_->mass(half, parameters);
-        if (std::abs(mass / parameters.mass_kg - 1.0) < mass_tolerance) break;
+        const BodyLayout to(parameters, girth);
+        Points half = half_skin(to);
+        const double reached = mass(half, parameters);
+        if (std::abs(reached / parameters.mass_kg - 1.0) < mass_tolerance) {
+            // The crown and the soles are where the skin's forms blend to: the last millimetres by scaling.
+            const double floor = half.col(1).minCoeff(), height = half.col(1).maxCoeff() - floor;
+            return {to, std::move(half), parameters.stature_m / height, floor};
+        }
         require(step < max_girth_steps,
                 "procedural body: a mass of {} kg at {} m cannot be reached, {:.1f} kg came out", parameters.mass_kg,
-                parameters.stature_m, mass);
-        (mass < parameters.mass_kg ? low : high) = girth;
+                parameters.stature_m, reached);
+        (reached < parameters.mass_kg ? low : high) = girth;
         const double slope = last_mass > 0.0 && std::abs(girth - last_girth) > 1e-9
-                                 ? (mass - last_mass) / (girth - last_girth)
+                                 ? (reached - last_mass) / (girth - last_girth)
                                  : 0.22 * parameters.mass_kg;
         last_girth = girth;
-        last_mass = mass;
-        girth += (parameters.mass_kg - mass) / std::max(slope, 1.0);
+        last_mass = reached;
+        girth += (parameters.mass_kg - reached) / std::max(slope, 1.0);
         if (girth <= low || girth >= high) girth = 0.5 * (low + high);
     }
+}
+
+ParametricSurface ProceduralBody::State::surface_of(const SolvedPerson& person) const
+{
     ParametricSurface result;
-    result.triangles = state_->surface.triangles;
-    result.vertices = state_->surface.complete(half);
-    result.joint_positions = BodyLayout(parameters, girth).joints();
-    // The crown and the soles are where the skin's forms blend to: the last millimetres by scaling.
-    const double scale = parameters.stature_m / stature(result.vertices);
-    const double floor = result.vertices.col(1).minCoeff();
-    for (Points* points : {&result.vertices, &result.joint_positions}) {
-        points->col(1).array() -= floor;
-        *points *= scale;
-    }
+    result.triangles = surface.triangles;
+    result.vertices = surface.complete(person.half);
+    result.joint_positions = person.layout.joints();
+    person.finish(result.vertices);
+    person.finish(result.joint_positions);
     return result;
+}
+
+ParametricSurface ProceduralBody::evaluate(const ProceduralParameters& parameters) const
+{
+    return state_->surface_of(state_->solve(parameters));
 }
 
 TemplateSource ProceduralBody::source(const ProceduralParameters& parameters) const
 {
+    const SolvedPerson person = state_->solve(parameters);
     TemplateSource result;
     result.name = "procedural";
     result.licence = procedural_licence;
-    result.surface = evaluate(parameters);
+    result.surface = state_->surface_of(person);
     result.weights = state_->weights;
     result.joint_positions = result.surface.joint_positions;
+    result.anatomy = procedural_anatomy(person.layout);
+    for (AnatomyMesh& part : result.anatomy) person.finish(part.vertices);
     return result;
 }
 

@@ -49,8 +49,8 @@ void add_head(Field& field, const BodyLayout& layout)
     face.cap_end = 0.028 * u;
     const double jaw = 0.0015 * male + 0.0035 * fat;
     const std::array<std::array<double, 4>, 6> face_rows = {{{0.00, 0.0290, 0.047, 0.030},
-                                                             {0.16, 0.0400, 0.051, 0.035},
-                                                             {0.34, 0.0490, 0.0535, 0.040},
+                                                             {0.16, 0.0425, 0.051, 0.035},
+                                                             {0.34, 0.0510, 0.0525, 0.040},
                                                              {0.56, 0.0580, 0.0540, 0.040},
                                                              {0.78, 0.0630, 0.0545, 0.040},
                                                              {1.00, 0.0640, 0.0590, 0.040}}};
@@ -60,31 +60,33 @@ void add_head(Field& field, const BodyLayout& layout)
     }
     field.add(face, 0.022 * u);
     // Jaw from chin to the angle below the ear, cheek bones, double chin.
-    field.add(Capsule{at(0.018, 1.496, 0.066), at(0.050 + 0.003 * male, 1.520, 0.012),
-                      u * (0.0150 + 0.0016 * male + 0.4 * jaw), u * (0.0150 + 0.0016 * male + 0.8 * jaw)},
-              0.022 * u);
-    field.add(Ellipsoid{at(0.0, 1.4935, 0.0720), radii(0.0165 + 0.003 * male, 0.0130, 0.0130)}, 0.014 * u);
-    field.add(Ellipsoid{at(0.0465, 1.5610, 0.0580), radii(0.0170, 0.0130, 0.0185)}, 0.022 * u);
+    field.add(Capsule{at(0.016, 1.4985, 0.062), at(0.0450 + 0.003 * male, 1.5240, 0.012),
+                      u * (0.0120 + 0.0014 * male + 0.4 * jaw), u * (0.0145 + 0.0016 * male + 0.8 * jaw)},
+              0.030 * u);
+    field.add(Ellipsoid{at(0.0, 1.4945, 0.0690), radii(0.0165 + 0.003 * male, 0.0130, 0.0135)}, 0.020 * u);
+    field.add(Ellipsoid{at(0.0430, 1.5580, 0.0600), radii(0.0190, 0.0160, 0.0170)}, 0.030 * u);
+    field.add(Ellipsoid{at(0.0330, 1.5250, 0.0530), radii(0.0200, 0.0260, 0.0200)}, 0.030 * u);
     field.add(Capsule{at(0.0, 1.500, 0.030), at(0.0, 1.515, 0.0), u * (0.020 + 0.007 * fat), u * (0.025 + 0.006 * fat)},
               0.03 * u);
     // Eyes: sockets, then balls behind lids.
-    field.carve(Ellipsoid{at(0.0315, 1.5870, 0.0950), radii(0.0190, 0.0125, 0.0150)}, 0.016 * u);
+    field.carve(Ellipsoid{at(0.0320, 1.5870, 0.0950), radii(0.0175, 0.0105, 0.0155)}, 0.016 * u);
     // Brow: a ridge, stronger in men.
-    field.add(Capsule{at(0.010, 1.6010, 0.0850), at(0.040, 1.6040, 0.0720), u * (0.0078 + 0.0016 * male),
-                      u * (0.0060 + 0.0012 * male)},
-              0.014 * u);
+    field.add(Capsule{at(0.010, 1.6010, 0.0815), at(0.040, 1.6040, 0.0700), u * (0.0070 + 0.0016 * male),
+                      u * (0.0055 + 0.0012 * male)},
+              0.016 * u);
     // Nose: bridge, tip, wings; then nostrils.
-    field.add(Capsule{at(0.0, 1.5960, 0.0850), at(0.0, 1.5610, 0.1050), u * 0.0068, u * 0.0100}, 0.011 * u);
-    field.add(Ellipsoid{at(0.0, 1.5570, 0.1050 + 0.002 * male), radii(0.0105, 0.0092, 0.0105)}, 0.008 * u);
-    field.add(Ellipsoid{at(0.0120, 1.5530, 0.0935), radii(0.0072 + 0.0008 * male, 0.0075, 0.0100)}, 0.006 * u);
-    field.carve(Ellipsoid{at(0.0070, 1.5455, 0.1000), radii(0.0036, 0.0034, 0.0055)}, 0.004 * u);
+    field.add(Capsule{at(0.0, 1.5960, 0.0830), at(0.0, 1.5610, 0.0985 + 0.002 * male), u * 0.0062, u * 0.0090},
+              0.012 * u);
+    field.add(Ellipsoid{at(0.0, 1.5575, 0.0995 + 0.003 * male), radii(0.0095, 0.0085, 0.0100)}, 0.008 * u);
+    field.add(Ellipsoid{at(0.0112, 1.5535, 0.0900), radii(0.0068 + 0.0008 * male, 0.0070, 0.0098)}, 0.006 * u);
+    field.carve(Ellipsoid{at(0.0065, 1.5465, 0.0960), radii(0.0034, 0.0034, 0.0052)}, 0.004 * u);
     // Mouth: the two lips, meeting in a groove.
-    field.add(Ellipsoid{at(0.0, 1.5290, 0.0790), radii(0.0270, 0.0170, 0.0090)}, 0.014 * u);
-    field.add(Capsule{at(0.0050, 1.5285, 0.0872), at(0.0215, 1.5238, 0.0772), u * 0.0046, u * 0.0026}, 0.006 * u);
-    field.add(Capsule{at(0.0000, 1.5195, 0.0858), at(0.0200, 1.5222, 0.0770), u * 0.0054, u * 0.0028}, 0.0035 * u);
+    field.add(Ellipsoid{at(0.0, 1.5270, 0.0770), radii(0.0290, 0.0180, 0.0105)}, 0.018 * u);
+    field.add(Capsule{at(0.0045, 1.5290, 0.0878), at(0.0225, 1.5240, 0.0775), u * 0.0046, u * 0.0022}, 0.006 * u);
+    field.add(Capsule{at(0.0000, 1.5195, 0.0868), at(0.0205, 1.5222, 0.0772), u * 0.0056, u * 0.0026}, 0.0030 * u);
 
-    field.begin_group(0.0035 * u, Field::Side::mirrored, skin_head);
-    field.add(Ellipsoid{at(0.0315, 1.5868, 0.0660), radii(0.0142, 0.0125, 0.0130)}, 0.004 * u);
+    field.begin_group(0.0030 * u, Field::Side::mirrored, skin_head);
+    field.add(Ellipsoid{at(0.0315, 1.5868, 0.0690), radii(0.0140, 0.0110, 0.0125)}, 0.004 * u);
 
     // Ears: shell with a hollow, lobe.
     field.begin_group(0.007 * u, Field::Side::mirrored, skin_head);

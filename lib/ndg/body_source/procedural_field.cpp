@@ -2,6 +2,7 @@
 #include "ndg/body_source/procedural_field.h"
 
 #include "ndg/core/error.h"
+#include "ndg/geometry/closest_point.h"
 
 #include <algorithm>
 #include <cmath>
@@ -13,6 +14,7 @@ namespace {
 
 constexpr double far_away = 1e3;           // m, value of nothing
 constexpr double difference_step = 1e-4;   // m
+constexpr double converged = 1e-6;         // m
 constexpr double bound_reliability = 0.6;  // fields may fall short of the distance by this factor
 
 double smooth_max(double a, double b, double k)
@@ -59,6 +61,11 @@ double Capsule::distance(const Eigen::Vector3d& point) const
 double Ellipsoid::distance(const Eigen::Vector3d& point) const
 {
     return first_order_distance(axes.transpose() * (point - centre), radii, 2.0);
+}
+
+double Plate::distance(const Eigen::Vector3d& point) const
+{
+    return closest_point_on_triangle(point, a, b, c).distance - radius;
 }
 
 void Tube::prepare()
@@ -148,6 +155,10 @@ void Field::add_item(Shape shape, std::size_t idx, double k, bool carved, const 
 void Field::add(const Capsule& capsule, double k)
 {
     capsules_.push_back(capsule);
+    for (const auto& [end, radius] : {std::pair(capsule.a, capsule.radius_a), std::pair(capsule.b, capsule.radius_b)}) {
+        bounds_.extend(end - Eigen::Vector3d::Constant(radius));
+        bounds_.extend(end + Eigen::Vector3d::Constant(radius));
+    }
     add_item(Shape::capsule, capsules_.size() - 1, k, false, 0.5 * (capsule.a + capsule.b),
              0.5 * (capsule.b - capsule.a).norm() + std::max(capsule.radius_a, capsule.radius_b));
 }
@@ -155,6 +166,9 @@ void Field::add(const Capsule& capsule, double k)
 void Field::add(const Ellipsoid& ellipsoid, double k)
 {
     ellipsoids_.push_back(ellipsoid);
+    const Eigen::Vector3d reach = (ellipsoid.axes * ellipsoid.radii.asDiagonal()).rowwise().norm();
+    bounds_.extend(ellipsoid.centre - reach);
+    bounds_.extend(ellipsoid.centre + reach);
     add_item(Shape::ellipsoid, ellipsoids_.size() - 1, k, false, ellipsoid.centre, ellipsoid.radii.maxCoeff());
 }
 
@@ -168,8 +182,31 @@ void Field::add(const Tube& tube, double k)
                                              std::max(section.front, section.back) + std::abs(section.centre_w)));
     const double begin = tube.sections.front().s * tube.length - tube.cap_begin;
     const double end = tube.sections.back().s * tube.length + tube.cap_end;
+    for (const double place : {begin, end}) {
+        bounds_.extend(tube.origin + place * tube.axis - Eigen::Vector3d::Constant(widest));
+        bounds_.extend(tube.origin + place * tube.axis + Eigen::Vector3d::Constant(widest));
+    }
     add_item(Shape::tube, tubes_.size() - 1, k, false, tube.origin + 0.5 * (begin + end) * tube.axis,
              std::hypot(0.5 * (end - begin), 1.1 * widest));
+}
+
+void Field::add(const Plate& plate, double k)
+{
+    plates_.push_back(plate);
+    const Eigen::Vector3d centre = (plate.a + plate.b + plate.c) / 3.0;
+    const double reach =
+        std::max({(plate.a - centre).norm(), (plate.b - centre).norm(), (plate.c - centre).norm()}) + plate.radius;
+    const Eigen::Vector3d margin = Eigen::Vector3d::Constant(plate.radius);
+    for (const Eigen::Vector3d& corner : {plate.a, plate.b, plate.c}) {
+        bounds_.extend(corner - margin);
+        bounds_.extend(corner + margin);
+    }
+    add_item(Shape::plate, plates_.size() - 1, k, false, centre, reach);
+}
+
+Eigen::AlignedBox3d Field::bounds() const
+{
+    return bounds_;
 }
 
 void Field::carve(const Ellipsoid& ellipsoid, double k)
@@ -200,6 +237,7 @@ double Field::items_value(const Group& group, const Eigen::Vector3d& point) cons
         if (item.carved ? bound > item.k - value : bound > value + item.k) continue;
         const double distance = item.shape == Shape::capsule     ? capsules_[item.idx].distance(point)
                                 : item.shape == Shape::ellipsoid ? ellipsoids_[item.idx].distance(point)
+                                : item.shape == Shape::plate     ? plates_[item.idx].distance(point)
                                                                  : tubes_[item.idx].distance(point);
         value = item.carved ? smooth_max(value, -distance, item.k) : smooth_min(value, distance, item.k);
     }
@@ -249,11 +287,14 @@ Eigen::Vector3d Field::gradient(const Eigen::Vector3d& point) const
 
 Eigen::Vector3d Field::project(const Eigen::Vector3d& point, double level, int iterations, double max_step) const
 {
-    Eigen::Vector3d x = point;
+    Eigen::Vector3d x = point, slope = Eigen::Vector3d::Zero();
+    double last_miss = 0.0;
     for (int i = 0; i < iterations; ++i) {
         const double miss = value(x) - level;
-        if (std::abs(miss) < 1e-7) break;
-        const Eigen::Vector3d slope = gradient(x);
+        if (std::abs(miss) < converged) break;
+        // The gradient hardly changes over a short step: it is renewed only where the last step did not do well.
+        if (i == 0 || std::abs(miss) > 0.1 * std::abs(last_miss)) slope = gradient(x);
+        last_miss = miss;
         const double squared = slope.squaredNorm();
         if (squared < 1e-4) break;
         Eigen::Vector3d step = -miss / squared * slope;

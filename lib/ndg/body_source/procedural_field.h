@@ -28,6 +28,14 @@ struct Ellipsoid {
     double distance(const Eigen::Vector3d& point) const;
 };
 
+/// Rounded triangle.
+struct Plate {
+    Eigen::Vector3d a, b, c;
+    double radius;
+
+    double distance(const Eigen::Vector3d& point) const;
+};
+
 /// Section of a tube: a superellipse made of four quarters, whose half-axes are `outer` (+u), `inner` (-u), `front`
 /// (+w) and `back` (-w), around a centre beside the axis.
 struct TubeSection {
@@ -67,12 +75,16 @@ public:
     void add(const Capsule& capsule, double k);
     void add(const Ellipsoid& ellipsoid, double k);
     void add(const Tube& tube, double k);
+    void add(const Plate& plate, double k);
     /// Takes away, smoothly, what lies inside the ellipsoid.
     void carve(const Ellipsoid& ellipsoid, double k);
     /// Cuts the current group off, smoothly, where |x| < gap, so that it never meets its mirror image.
     void clip_middle(double gap, double k);
     /// Everything below y = height is cut off, with a rounded edge.
     void set_floor(double height, double k);
+
+    /// A box around everything, not mirrored.
+    Eigen::AlignedBox3d bounds() const;
 
     double value(const Eigen::Vector3d& point) const;
     /// Of the groups with one tag alone.
@@ -83,7 +95,7 @@ public:
     Eigen::Vector3d project(const Eigen::Vector3d& point, double level, int iterations, double max_step = 0.02) const;
 
 private:
-    enum class Shape { capsule, ellipsoid, tube };
+    enum class Shape { capsule, ellipsoid, tube, plate };
     struct Item {
         Shape shape;
         std::size_t idx;
@@ -108,6 +120,8 @@ private:
     std::vector<Capsule> capsules_;
     std::vector<Ellipsoid> ellipsoids_;
     std::vector<Tube> tubes_;
+    std::vector<Plate> plates_;
+    Eigen::AlignedBox3d bounds_;
     std::vector<Group> groups_;
     bool has_floor_ = false;
     double floor_height_ = 0.0, floor_k_ = 0.0;

@@ -17,15 +17,15 @@ constexpr double degree = 3.14159265358979323846 / 180.0;
 // measurements of ANSUR (Greiner 1991), a little slimmer and spread so that the fingers stay apart.
 const std::array<FingerPlan, 5> finger_plans = {{
     {"thumb", {0.020, 0.022, 0.012}, 38 * degree, 14 * degree, {0.044, 0.034, 0.024}, {0.0150, 0.0118, 0.0105, 0.0085}},
-    {"index", {0.092, 0.029, 0.000}, 9 * degree, 4 * degree, {0.041, 0.025, 0.017}, {0.0094, 0.0086, 0.0078, 0.0066}},
-    {"middle", {0.095, 0.008, -0.001}, 2 * degree, 5 * degree, {0.045, 0.029, 0.018}, {0.0094, 0.0087, 0.0080, 0.0067}},
-    {"ring", {0.090, -0.013, 0.000}, -5 * degree, 6 * degree, {0.041, 0.027, 0.018}, {0.0090, 0.0083, 0.0075, 0.0064}},
+    {"index", {0.092, 0.029, 0.000}, 9 * degree, 4 * degree, {0.041, 0.025, 0.017}, {0.0098, 0.0090, 0.0083, 0.0072}},
+    {"middle", {0.095, 0.008, -0.001}, 2 * degree, 5 * degree, {0.045, 0.029, 0.018}, {0.0098, 0.0091, 0.0084, 0.0073}},
+    {"ring", {0.090, -0.013, 0.000}, -5 * degree, 6 * degree, {0.041, 0.027, 0.018}, {0.0094, 0.0087, 0.0080, 0.0070}},
     {"pinky",
      {0.081, -0.032, 0.003},
      -13 * degree,
      8 * degree,
      {0.033, 0.019, 0.016},
-     {0.0082, 0.0074, 0.0067, 0.0058}},
+     {0.0086, 0.0078, 0.0072, 0.0064}},
 }};
 
 }  // namespace
@@ -118,7 +118,7 @@ void BodyLayout::place_axis_joints()
 void BodyLayout::place_arm()
 {
     // Biacromial breadth 36.5 to 41.6 cm; the centre of the shoulder lies about 3.5 cm inside the acromion.
-    const double shoulder_x = by_sex(0.158, 0.176) * parameters_.shoulder_breadth;
+    const double shoulder_x = by_sex(0.158, 0.181) * parameters_.shoulder_breadth;
     const Eigen::Vector3d shoulder = place(shoulder_x, 1.367, -0.024);
     const double angle = (43.0 + 2.0 * std::clamp(girth_, 0.0, 3.0)) * degree;  // arms stand off a thicker trunk
     arm_axis_ = Eigen::Vector3d(std::sin(angle), -std::cos(angle), 0.0);

@@ -5,6 +5,7 @@
 #include "ndg/body_source/procedural_parameters.h"
 #include "ndg/core/types.h"
 
+#include <algorithm>
 #include <string>
 
 namespace ndg {
@@ -27,6 +28,13 @@ public:
 
     const ProceduralParameters& parameters() const { return parameters_; }
     double girth() const { return girth_; }
+    /// The same skeleton in the same pose with no more fat than `girth`.
+    BodyLayout leaner(double girth) const
+    {
+        BodyLayout result = *this;
+        result.girth_ = std::min(girth_, girth);
+        return result;
+    }
     /// Twice the muscularity above the middle: -1 to 1.
     double muscle() const { return 2.0 * parameters_.muscularity - 1.0; }
     /// Between the female and the male value.

@@ -127,20 +127,20 @@ void add_trunk(Field& field, const BodyLayout& layout)
     field.add(trunk, 0.02);
 
     // Chest: pectoral muscle and breast, shoulder blades, buttocks; each half blends with its mirror image.
-    field.begin_group(0.045 * layout.unit(), Field::Side::blended, skin_trunk);
+    field.begin_group(layout.by_sex(0.045, 0.060) * layout.unit(), Field::Side::blended, skin_trunk);
     const double u = layout.unit();
     const double breast = size(layout, {1.0, 0.0, 0.0, 0.0}) / (0.01 * u);  // 0 to 1
     const double chest = p.shoulder_breadth;
     Ellipsoid pectoral;
-    pectoral.centre = layout.place(layout.by_sex(0.070, 0.080) * chest, 1.278, 0.0);
+    pectoral.centre = layout.place(layout.by_sex(0.070, 0.080) * chest, layout.by_sex(1.278, 1.284), 0.0);
     pectoral.centre.z() = size(layout, {6.0, 6.8, 0.55, 0.5});
-    pectoral.radii = {size(layout, {7.0, 8.2, 0.5, 0.6}), size(layout, {5.6, 6.2, 0.4, 0.3}),
+    pectoral.radii = {size(layout, {7.0, 8.2, 0.5, 0.6}), size(layout, {5.6, 7.0, 0.4, 0.3}),
                       size(layout, {3.2, 3.6, 0.2, 0.5})};
     field.add(pectoral, 0.035 * u);
     Ellipsoid mamma;
     const double fullness = breast * (1.0 + 0.10 * std::clamp(layout.girth(), -0.8, 3.0));
     mamma.centre = layout.place(0.074 * chest, layout.by_sex(1.238, 1.262), 0.0);
-    mamma.centre.z() = size(layout, {8.2, 6.8, 0.75, 0.3});
+    mamma.centre.z() = size(layout, {8.2, 5.2, 0.75, 0.3});
     mamma.radii = u * Eigen::Vector3d(0.030 + 0.026 * fullness, 0.028 + 0.027 * fullness, 0.020 + 0.026 * fullness);
     field.add(mamma, 0.03 * u);
     field.begin_group(0.05 * u, Field::Side::mirrored, skin_trunk);
@@ -189,14 +189,14 @@ void add_neck(Field& field, const BodyLayout& layout)
 void add_leg(Field& field, const BodyLayout& layout)
 {
     const double u = layout.unit();
-    field.begin_group(0.035 * u, Field::Side::mirrored, skin_leg);
+    field.begin_group(0.055 * u, Field::Side::mirrored, skin_leg);
     Tube leg = limb_tube(layout, leg_rows);
     leg.origin = layout.joint("left_thigh");
     leg.axis = layout.leg_axis();
     leg.length = (layout.joint("left_foot") - leg.origin).norm();
     leg.u = layout.leg_out();
     leg.w = layout.leg_front();
-    leg.cap_begin = 0.06 * u;
+    leg.cap_begin = 0.10 * u;
     leg.cap_end = 0.035 * u;
     field.add(leg, 0.02 * u);
     field.clip_middle(0.006 * u, 0.02 * u);  // thick thighs flatten against each other
