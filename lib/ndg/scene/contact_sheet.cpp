@@ -64,7 +64,9 @@ Image contact_sheet(const BodyPoser& poser, const Body& body, const PoseSet& pos
     const int caption = text_height(caption_scale) + 2 * gap;
     RenderSettings render_with;
     render_with.height = std::max(16, settings.cell_height - caption);
-    render_with.width = std::max(16, static_cast<int>(std::lround(render_with.height * std::min(2.0, width / height))));
+    // Not narrower than a short caption.
+    const double shape = std::clamp(width / height, 0.4, 2.0);
+    render_with.width = std::max(16, static_cast<int>(std::lround(render_with.height * shape)));
     render_with.samples_per_axis = settings.samples_per_axis;
     render_with.occlusion_rays = 24;
     const double aspect = double(render_with.width) / render_with.height;
