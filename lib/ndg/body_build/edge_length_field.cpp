@@ -21,6 +21,7 @@ constexpr int num_bins = 10;  ///< along each section of a limb
 struct LimbSection {
     Eigen::RowVector3d begin, end;
     std::vector<int> joints;
+    double roundness = 1.0;  ///< the skin's own radius of curvature is this share of its distance from the axis
 };
 
 std::vector<LimbSection> limb_sections(const Eigen::Ref<const Points>& joint_positions)
@@ -28,9 +29,10 @@ std::vector<LimbSection> limb_sections(const Eigen::Ref<const Points>& joint_pos
     const Skeleton& skeleton = standard_skeleton();
     std::vector<LimbSection> sections;
     for (const std::string side : {"left_", "right_"}) {
-        const auto add = [&](const std::string& from, const std::string& to, std::vector<int> joints) {
+        const auto add = [&](const std::string& from, const std::string& to, std::vector<int> joints,
+                             double roundness = 1.0) {
             sections.push_back({joint_positions.row(skeleton.joint(side + from)),
-                                joint_positions.row(skeleton.joint(side + to)), std::move(joints)});
+                                joint_positions.row(skeleton.joint(side + to)), std::move(joints), roundness});
         };
         std::vector<int> forearm = {skeleton.joint(side + "forearm"), skeleton.joint(side + "forearm_twist")};
         const int hand = skeleton.joint(side + "hand");
@@ -43,7 +45,7 @@ std::vector<LimbSection> limb_sections(const Eigen::Ref<const Points>& joint_pos
         add("forearm", "hand", forearm);
         add("thigh", "shin", {skeleton.joint(side + "thigh")});
         add("shin", "foot", {skeleton.joint(side + "shin")});
-        add("foot", "toes", {skeleton.joint(side + "foot"), skeleton.joint(side + "toes")});
+        add("foot", "toes", {skeleton.joint(side + "foot"), skeleton.joint(side + "toes")}, 0.8);  // the heel
     }
     return sections;
 }
@@ -94,7 +96,7 @@ Eigen::VectorXd limb_radius(const Eigen::Ref<const Points>& vertices, const Eige
         }
         for (Eigen::Index v = 0; v < vertices.rows(); ++v) {
             if (share[v] <= 0.0) continue;
-            radius[v] += share[v] * profile.at(axis_place(section, vertices.row(v)).first);
+            radius[v] += share[v] * section.roundness * profile.at(axis_place(section, vertices.row(v)).first);
             total[v] += share[v];
         }
     }

@@ -8,7 +8,8 @@
 namespace ndg {
 
 /// Mean distance of the skin from the limb's axis (elbow, wrist, knee, ankle and ball of the foot divide it), at every
-/// vertex, m: local along the limb, blended by the weights; `trunk_radius` off the limbs. `weights`: N x J dense.
+/// vertex, m: local along the limb, blended by the weights, less on the foot, whose heel is rounder; `trunk_radius` off
+/// the limbs. `weights`: N x J dense.
 Eigen::VectorXd limb_radius(const Eigen::Ref<const Points>& vertices, const Eigen::Ref<const RowMatrix>& weights,
                             const Eigen::Ref<const Points>& joint_positions, double trunk_radius);
 

@@ -271,7 +271,7 @@ RemeshedSkin SymmetricRemesher::remesh(double target_edge_length, double keep_ra
 double SymmetricRemesher::edge_length_for_prisms(int num_prisms) const
 {
     require_input(num_prisms > 0, "the wanted number of prisms {} is not positive", num_prisms);
-    constexpr double tolerance = 0.02;
+    constexpr double tolerance = 0.01;
     constexpr int max_attempts = 8;
     // First guess: equilateral triangles of the field's size cover the area.
     const Eigen::VectorXd areas = triangle_areas(state_->half.mesh.vertices, state_->half.mesh.triangles);
@@ -286,7 +286,7 @@ double SymmetricRemesher::edge_length_for_prisms(int num_prisms) const
         }
         return 4.0 * triangles;  // both halves, two prisms each
     };
-    double wanted_of_guess = num_prisms;
+    double wanted_of_guess = num_prisms, last_target = 0.0;
     for (int attempt = 0; attempt < max_attempts; ++attempt) {
         double low = shortest_target, high = longest_target;
         for (int step = 0; step < 60; ++step) {
@@ -294,6 +294,8 @@ double SymmetricRemesher::edge_length_for_prisms(int num_prisms) const
             (expected_prisms(middle) > wanted_of_guess ? low : high) = middle;
         }
         const double target = std::sqrt(low * high);
+        if (target == last_target) break;  // at the end of the range
+        last_target = target;
         const RemeshResult half = state_->remesh_half(target);
         const double reached =
             4.0 * static_cast<double>(std::count(half.triangle_labels.begin(), half.triangle_labels.end(), 0));
