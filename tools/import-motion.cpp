@@ -4,6 +4,7 @@
 #include "ndg/core/file.h"
 #include "ndg/core/log.h"
 #include "ndg/core/tool.h"
+#include "ndg/motion/keyframes.h"
 #include "ndg/motion/motion_files.h"
 #include "ndg/motion/retarget.h"
 #include "ndg/motion/retarget_units.h"
@@ -26,6 +27,21 @@ void print_conventions(const RetargetReport& report)
                report.axes_from, report.frame_rate, report.frame_rate_assumed ? " (assumed)" : "");
 }
 
+/// Motions of our own need no retargeting; their angles are those of any body.
+PoseSet own_poses(const MotionFile& file, const Points& joint_positions, double frame_rate, ClipNames& names,
+                  std::string& licences)
+{
+    const KeyframeMotion motion = read_keyframe_motion(file.path);
+    PoseSet poses = keyframe_poses(motion, joint_positions, frame_rate);
+    MotionClip clip;
+    clip.name = motion.name;
+    clip.frame_rate = motion.frame_rate;
+    clip.world_from_joint.resize(static_cast<std::size_t>(motion.num_frames()));
+    poses.clip_names.front() = names.add(clip, file.path);
+    if (licences.find(motion.licence) == std::string::npos) licences += (licences.empty() ? "" : "; ") + motion.licence;
+    return poses;
+}
+
 }  // namespace
 
 int main(int argc, char** argv)
@@ -40,7 +56,7 @@ int main(int argc, char** argv)
     Tool tool("import-motion", "Brings motion capture onto the project's skeleton.",
               "import-motion --motion mocap/ --template template.h5 --joint-maps configs/joint-maps --joint-limits "
               "configs/joint-limits.json --output poses.h5 --report report.json");
-    tool.input("motion", motion_paths, "BVH, AMC (ASF beside them), DeepMimic or AMASS files, or folders");
+    tool.input("motion", motion_paths, "BVH, AMC (ASF beside them), DeepMimic, AMASS or keyframe files, or folders");
     tool.input("template", template_path, "template whose rest joints the poses start from");
     tool.input("joint-map", map_path, "joint map for all clips", false);
     tool.input("joint-maps", maps_folder, "folder of joint maps; each clip takes the one that fits its joints", false);
@@ -62,14 +78,15 @@ int main(int argc, char** argv)
     tool.parameter("licence", licence, "licence and credit line of the motions, kept in the output");
 
     return tool.run(argc, argv, [&] {
-        require_input(map_path.empty() != maps_folder.empty(), "give one of --joint-map and --joint-maps");
+        require_input(map_path.empty() || maps_folder.empty(), "give one of --joint-map and --joint-maps, not both");
         require_input(!clamp || !limits_path.empty(), "--clamp-joint-limits needs --joint-limits");
         options.max_joint_speed = max_speed * radians_per_degree;
         options.max_joint_angle = max_angle * radians_per_degree;
         if (conventions.up == "auto") conventions.up.clear();
         const Points joint_positions = read_template(template_path).rest.joint_positions;
-        const std::vector<JointMap> maps =
-            map_path.empty() ? read_joint_maps(maps_folder) : std::vector<JointMap>{read_joint_map(map_path)};
+        std::vector<JointMap> maps;
+        if (!map_path.empty()) maps = {read_joint_map(map_path)};
+        if (!maps_folder.empty()) maps = read_joint_maps(maps_folder);
         std::optional<JointLimits> limits;
         if (!limits_path.empty()) limits.emplace(read_joint_limits(limits_path), joint_positions);
         options.limits = limits ? &*limits : nullptr;
@@ -78,12 +95,25 @@ int main(int argc, char** argv)
         PoseSet poses;
         ClipNames names;
         std::vector<RetargetReport> reports;
-        int num_copies = 0, num_unmapped = 0;
+        int num_copies = 0, num_unmapped = 0, num_own = 0;
         for (const MotionFile& file : find_motion_files(motion_paths)) {
             if (!file.skip_reason.empty()) {
                 fmt::print("skipped {}: {}\n", file.path, file.skip_reason);
                 continue;
             }
+            if (file.keyframes) {
+                const PoseSet own = own_poses(file, joint_positions, options.frame_rate, names, licence);
+                if (own.clip_names.front().empty()) {
+                    fmt::print("skipped {}: a take of this name and length has been read already\n", file.path);
+                    ++num_copies;
+                    continue;
+                }
+                fmt::print("{}: keyframes, {} poses\n", own.clip_names.front(), own.size());
+                append_poses(poses, own);
+                ++num_own;
+                continue;
+            }
+            require_input(!maps.empty(), "{}: needs a joint map, give --joint-map or --joint-maps", file.path);
             MotionClip clip = read_motion(file);
             const JointMap* map = find_joint_map(maps, clip);
             if (map == nullptr) {
@@ -117,8 +147,9 @@ int main(int argc, char** argv)
         require_input(poses.size() > 0, "{}: gave no pose", motion_paths.front());
         write_poses(output_path, poses, tool.provenance(licence));
         if (!report_path.empty()) write_file(report_path, report_json(reports));
-        fmt::print("{}{}: {} poses of {} motions; {} were copies of takes read before, {} had no joint map\n",
-                   report_table(reports), output_path, poses.size(),
-                   static_cast<int>(reports.size()) + num_copies + num_unmapped, num_copies, num_unmapped);
+        if (!reports.empty()) fmt::print("{}", report_table(reports));
+        fmt::print("{}: {} poses of {} motions; {} were copies of takes read before, {} had no joint map\n",
+                   output_path, poses.size(), static_cast<int>(reports.size()) + num_own + num_copies + num_unmapped,
+                   num_copies, num_unmapped);
     });
 }

@@ -3,6 +3,7 @@
 #include "ndg/core/error.h"
 #include "ndg/core/file.h"
 #include "ndg/motion/keyframes.h"
+#include "ndg/motion/motion_files.h"
 #include "ndg/motion/rotation.h"
 #include "support/support.h"
 
@@ -280,6 +281,10 @@ TEST_CASE("malformed motions are refused in one sentence")
 TEST_CASE("every built-in motion is read, smooth and within human ranges")
 {
     int num_motions = 0, num_poses = 0;
+    for (const MotionFile& file : find_motion_files({motions_folder()})) {
+        CHECK(file.keyframes);
+        CHECK(file.skip_reason.empty());
+    }
     const Points rest = human_joints();
     const ClinicalFrames frames(rest);
     for (const auto& entry : std::filesystem::directory_iterator(motions_folder())) {

@@ -67,7 +67,7 @@ TEST_CASE("DeepMimic and AMASS files are found beside what they need")
     CHECK(files[0].path == folder.file("a/h_walk.txt"));
     CHECK(files[0].skeleton_path == folder.file("a/h_character.json"));
     CHECK(files[0].skip_reason.empty());
-    CHECK(files[1].skip_reason == "not a BVH, AMC, DeepMimic or AMASS motion");
+    CHECK(files[1].skip_reason == "not a BVH, AMC, DeepMimic, AMASS or keyframe motion");
     CHECK(files[2].path == folder.file("a/settings.json"));
     CHECK_FALSE(files[2].skip_reason.empty());
     CHECK_THROWS_WITH(find_motion_files({folder.file("b/alone.txt")}),

@@ -2,6 +2,7 @@
 #include "ndg/motion/motion_files.h"
 
 #include "ndg/core/error.h"
+#include "ndg/motion/keyframes.h"
 
 #include <algorithm>
 #include <cctype>
@@ -103,10 +104,12 @@ MotionFile classify(const fs::path& path, bool from_folder)
         file.skeleton_path = find_skeleton(path, ".asf", ".asf");
     } else if (kind == ".npz") {
         if (!is_amass(file.path)) file.skip_reason = "an .npz without AMASS poses";
+    } else if (is_keyframe_motion(file.path)) {
+        file.keyframes = true;
     } else if ((kind == ".txt" || kind == ".json") && looks_like_deepmimic(path)) {
         file.skeleton_path = find_skeleton(path, ".json", "*" + character_ending + ".json");
     } else {
-        file.skip_reason = "not a BVH, AMC, DeepMimic or AMASS motion";
+        file.skip_reason = "not a BVH, AMC, DeepMimic, AMASS or keyframe motion";
     }
     require_input(file.skip_reason.empty() || from_folder, "{}: is {}", file.path, file.skip_reason);
     return file;

@@ -10,9 +10,10 @@
 namespace ndg {
 
 struct MotionFile {
-    std::string path;           ///< .bvh, .amc, DeepMimic's .txt or .json, or AMASS's .npz
+    std::string path;           ///< .bvh, .amc, DeepMimic's .txt or .json, AMASS's .npz, or keyframes
     std::string skeleton_path;  ///< .asf beside an .amc, *_character.json beside a DeepMimic clip; "" otherwise
     bool from_folder = false;   ///< found in a folder rather than named
+    bool keyframes = false;     ///< a motion of our own (keyframes.h), not one to retarget
     std::string skip_reason;    ///< not empty: cannot be used, and why
 };
 
@@ -22,6 +23,7 @@ struct MotionFile {
 /// listed with a skip_reason; a named file that is no motion, and a clip without a skeleton, are InputErrors.
 std::vector<MotionFile> find_motion_files(const std::vector<std::string>& paths);
 
+/// Not for keyframes.
 MotionClip read_motion(const MotionFile& file);
 
 /// All *.json of a folder. Throws InputError where there is none.
