@@ -21,7 +21,7 @@ constexpr int rounds = 3;
 constexpr double still_weight = 0.03;
 /// Asked for beyond the cover, so that smoothing does not leave most vertices just short of it.
 constexpr double surplus = 0.0004;
-constexpr int compression_rounds = 12;
+constexpr int compression_rounds = 20;
 /// Violations reach out to what lies around them within this distance, m, or six times their size.
 constexpr double compression_reach = 0.012;
 
@@ -100,6 +100,10 @@ public:
     {
         return std::max(0.0, wanted_[i] + surplus - results_[i].depth);
     }
+    double room(std::size_t i, double reach) const
+    {
+        return skin_.room_at(results_[i], reach, points_.hollow[i] != 0);
+    }
     double full_cover(std::size_t i) const
     {
         return points_.is_bone[i] ? options_.bone : options_.muscle;
@@ -177,20 +181,25 @@ Eigen::VectorXd violation_envelope(const PointSet& points, const DepthTable& tab
     return envelope;
 }
 
-/// Depths from wanted - h to wanted + 2 h go to wanted to wanted + 2 h, linearly: nothing passes anything else.
+/// Depths from wanted - h to `top` go to wanted to `top`, linearly, so that nothing passes anything else; `top` is
+/// wanted + 2 h, or the middle of the body where that is nearer.
 void compress(PointSet& points, DepthTable& table)
 {
     for (int round = 0; round < compression_rounds; ++round) {
         table.update(compression_reach);
         const Eigen::VectorXd envelope = violation_envelope(points, table);
         if (envelope.size() == 0 || envelope.maxCoeff() <= 0.0) return;
+#pragma omp parallel for schedule(dynamic, 256)
         for (Eigen::Index i = 0; i < points.positions.rows(); ++i) {
-            const double h = envelope[i] + 0.1 * surplus;
             if (envelope[i] <= 0.0) continue;
+            const double h = envelope[i] + 0.1 * surplus;
             const SkinDepth::Result& at = table.result(std::size_t(i));
-            const double over = at.depth - table.wanted(std::size_t(i));
+            const double wanted = table.wanted(std::size_t(i)), over = at.depth - wanted;
             if (over >= 2.0 * h) continue;
-            const double moved = (2.0 / 3.0) * (over + h) - over;
+            const double room = table.room(std::size_t(i), wanted + 2.0 * h) - wanted;
+            const double top = std::clamp(room, 0.1 * wanted, 2.0 * h);
+            if (over >= top) continue;
+            const double moved = (over + h) * top / (top + h) - over;
             points.positions.row(i) += std::max(0.0, moved) * at.inward.transpose();
         }
     }

@@ -140,10 +140,23 @@ SkinDepth::Result SkinDepth::at(const Eigen::Vector3d& point, bool hollow) const
     return result;
 }
 
+double SkinDepth::room_at(const Result& nearest, double reach, bool hollow) const
+{
+    // Depth grows by one along the way until the middle of the body, so the whole reach is tried first.
+    constexpr int steps = 4;
+    double room = 0.0;
+    for (int i = steps; i >= 1; --i) {
+        const double way = reach * i / steps;
+        const double depth = at(nearest.point + way * nearest.inward, hollow).depth;
+        room = std::max(room, depth);
+        if (depth > 0.95 * way) break;
+    }
+    return room;
+}
+
 double SkinDepth::cover_at(const Result& nearest, double cover, bool hollow) const
 {
-    const Eigen::Vector3d probe = nearest.point + 2.0 * cover * nearest.inward;
-    return std::clamp(0.5 * at(probe, hollow).depth, 0.2 * cover, cover);
+    return std::clamp(0.5 * room_at(nearest, 2.0 * cover, hollow), 0.2 * cover, cover);
 }
 
 }  // namespace ndg

@@ -38,8 +38,11 @@ public:
     };
     /// `hollow`: the cavities of the head count as outside, as the surface has it; for bones of the skull they do not.
     Result at(const Eigen::Vector3d& point, bool hollow) const;
-    /// The part of `cover` that the body has room for at a point of the skin: half of the depth found twice the cover
-    /// further in, which is the whole cover where the body is thicker than four times that. Not below a fifth.
+    /// Greatest depth met going inwards from a point of the skin, as far as `reach`: half of the body's thickness there
+    /// where it is thinner than twice that.
+    double room_at(const Result& nearest, double reach, bool hollow) const;
+    /// The part of `cover` that the body has room for: half of the room within twice the cover, which is the whole
+    /// cover where the body is thicker than four times that. Not below a fifth.
     double cover_at(const Result& nearest, double cover, bool hollow) const;
 
 private:

@@ -174,8 +174,15 @@ void LimbFit::fit_arm()
 
     const auto elevation = [](const Vector3d& arm) { return std::acos(std::clamp(-arm.normalized()[1], -1.0, 1.0)); };
     const double upward = std::max(0.0, elevation(upper) - elevation(source_upper)) / 3.0;
+    // Seen from the shoulder the blade lies where the ribs have gone.
+    Vector3d blade = Vector3d::Zero();
+    for (const AnatomyMesh& part : parts_)
+        if (part.side == side_ && part.name.find("scapula") != std::string::npos && part.layer == "bone")
+            blade = part.vertices.colwise().mean().transpose();
+    const Eigen::Matrix3d on_ribs = swing(blade - source("upper_arm"), trunk_.trunk(blade) - joint("upper_arm"));
     Eigen::Affine3d scapula;
-    scapula.linear() = stature_scale_ * Eigen::AngleAxisd(lateral_ * upward, Vector3d::UnitZ()).toRotationMatrix();
+    scapula.linear() =
+        stature_scale_ * Eigen::AngleAxisd(lateral_ * upward, Vector3d::UnitZ()).toRotationMatrix() * on_ribs;
     scapula.translation() = joint("upper_arm") - scapula.linear() * source("upper_arm");
     set("scapula", scapula);
     set("clavicle", bone(source("clavicle"), source("acromion_end"), trunk_.trunk(source("clavicle")),

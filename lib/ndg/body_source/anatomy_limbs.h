@@ -17,8 +17,10 @@ namespace ndg {
 /// - The humerus is turned about itself so that the elbow's axis (through the epicondyles) is square to the plane of
 /// the
 ///   target's bent arm; the radius turns about the line from its head to the ulna's as far as the hand's knuckles ask.
-/// - The scapula takes the head of the humerus to the target's shoulder and is turned upward by the scapula's share of
-///   the arm's elevation, a third (Inman et al. 1944).
+/// - The scapula takes the head of the humerus to the target's shoulder, is turned until its middle lies in the
+/// direction
+///   where the trunk's map takes it, on the ribs, and then upward by the scapula's share of the arm's elevation, a
+///   third (Inman et al. 1944).
 /// - The foot is fitted to the sole, heel, toes and sides of the target's foot.
 std::map<std::string, Eigen::Affine3d> limb_transforms(const std::vector<AnatomyMesh>& parts, const BonePoints& points,
                                                        const TrunkMap& trunk, const AnatomyTarget& target);

@@ -32,6 +32,7 @@ struct Group {
     TriangleTree tree;
     Eigen::AlignedBox3d box;
     const Map* map;
+    bool in_hand;
 };
 
 Eigen::AlignedBox3d bounding_box(const Points& vertices)
@@ -153,7 +154,8 @@ RowMatrix blend_weights(const AnatomyMesh& muscle, const std::vector<Group>& gro
 }
 
 /// All bones of a group as one mesh, and where they go.
-Group make_group(const std::vector<AnatomyMesh>& parts, const std::vector<std::size_t>& members, const Map& map)
+Group make_group(const std::vector<AnatomyMesh>& parts, const std::vector<std::size_t>& members,
+                 const std::string& name, const Map& map)
 {
     Eigen::Index num_vertices = 0, num_triangles = 0;
     for (const std::size_t i : members) {
@@ -169,7 +171,8 @@ Group make_group(const std::vector<AnatomyMesh>& parts, const std::vector<std::s
         vertex += parts[i].vertices.rows();
         triangle += parts[i].triangles.rows();
     }
-    return {TriangleTree(vertices, triangles), bounding_box(vertices), &map};
+    return {TriangleTree(vertices, triangles), bounding_box(vertices), &map,
+            contains_any(name, {"carpus", "thumb", "index", "middle", "ring", "pinky"})};
 }
 
 /// Group whose map carries a joint: the bone the joint's centre was found on.
@@ -205,23 +208,7 @@ Points bone_joints(const BonePoints& points, const std::map<std::string, Map>& m
         const auto point = points.find(name);
         if (point != points.end()) joints.row(j) = maps.at(group_of_joint(name))(point->second).transpose();
     }
-    // The sides are one: the skin and its weights are symmetric, so the skeleton has to be.
-    for (int j = 0; j < skeleton.num_joints(); ++j) {
-        const std::string& name = skeleton.joint_names[std::size_t(j)];
-        if (name.rfind("right_", 0) == 0) continue;
-        if (name.rfind("left_", 0) != 0) {
-            joints(j, 0) = 0.0;
-            continue;
-        }
-        const int other = skeleton.joint("right_" + name.substr(5));
-        const Eigen::RowVector3d flip(-1, 1, 1);
-        joints.row(j) = 0.5 * (joints.row(j) + joints.row(other).cwiseProduct(flip)).eval();
-        joints.row(other) = joints.row(j).cwiseProduct(flip);
-    }
-    for (const std::string side : {"left", "right"})
-        joints.row(skeleton.joint(side + "_forearm_twist")) =
-            0.5 * (joints.row(skeleton.joint(side + "_forearm")) + joints.row(skeleton.joint(side + "_hand")));
-    return joints;
+    return symmetric_joints(std::move(joints));
 }
 
 }  // namespace
@@ -245,7 +232,7 @@ BoneGroup bone_group(const AnatomyMesh& bone)
     return {"head", "head"};
 }
 
-RegistrationResult register_anatomy(std::vector<AnatomyMesh>& parts, const AnatomyTarget& target)
+Points register_anatomy(std::vector<AnatomyMesh>& parts, const AnatomyTarget& target)
 {
     const BonePoints points = bone_points(parts);
     const TrunkMap trunk(parts, points, target);
@@ -266,7 +253,7 @@ RegistrationResult register_anatomy(std::vector<AnatomyMesh>& parts, const Anato
         members[group.group].push_back(i);
     }
     std::vector<Group> groups;
-    for (const auto& [name, bones] : members) groups.push_back(make_group(parts, bones, maps.at(name)));
+    for (const auto& [name, bones] : members) groups.push_back(make_group(parts, bones, name, maps.at(name)));
 #pragma omp parallel for schedule(dynamic, 1)
     for (std::ptrdiff_t i = 0; i < std::ptrdiff_t(parts.size()); ++i) {
         AnatomyMesh& part = parts[std::size_t(i)];
@@ -284,18 +271,43 @@ RegistrationResult register_anatomy(std::vector<AnatomyMesh>& parts, const Anato
                 if (weights(v, g) > 0.0) moved += weights(v, g) * (*groups[std::size_t(g)].map)(source);
             part.vertices.row(v) = moved.transpose();
         }
+        double hand_share = 0.0;
+        for (std::size_t g = 0; g < groups.size(); ++g)
+            if (groups[g].in_hand) hand_share += weights.col(Eigen::Index(g)).mean();
+        if (part.side != "middle" && hand_share > 0.98) part.joint = part.side + "_hand";
     }
 
-    RegistrationResult result;
-    result.joint_positions = bone_joints(points, maps, target);
+    return bone_joints(points, maps, target);
+}
+
+Points symmetric_joints(Points joint_positions)
+{
     const Skeleton& skeleton = standard_skeleton();
+    const Eigen::RowVector3d flip(-1, 1, 1);
     for (int j = 0; j < skeleton.num_joints(); ++j) {
         const std::string& name = skeleton.joint_names[std::size_t(j)];
-        if (points.count(name) == 0) continue;
-        result.joint_names.push_back(name);
-        result.joint_distances.push_back((result.joint_positions.row(j) - target.joints.row(j)).norm());
+        if (name.rfind("right_", 0) == 0) continue;
+        if (name.rfind("left_", 0) != 0) {
+            joint_positions(j, 0) = 0.0;
+            continue;
+        }
+        const int other = skeleton.joint("right_" + name.substr(5));
+        joint_positions.row(j) = 0.5 * (joint_positions.row(j) + joint_positions.row(other).cwiseProduct(flip)).eval();
+        joint_positions.row(other) = joint_positions.row(j).cwiseProduct(flip);
     }
-    return result;
+    for (const std::string side : {"left", "right"})
+        joint_positions.row(skeleton.joint(side + "_forearm_twist")) =
+            0.5 * (joint_positions.row(skeleton.joint(side + "_forearm")) +
+                   joint_positions.row(skeleton.joint(side + "_hand")));
+    return joint_positions;
+}
+
+std::vector<std::string> bone_joint_names()
+{
+    std::vector<std::string> names;
+    for (const std::string& name : standard_skeleton().joint_names)
+        if (name != "left_eye" && name != "right_eye") names.push_back(name);
+    return names;
 }
 
 }  // namespace ndg

@@ -18,16 +18,19 @@ struct BoneGroup {
 /// By the part's name. Throws Error for a bone that belongs to no group.
 BoneGroup bone_group(const AnatomyMesh& bone);
 
-struct RegistrationResult {
-    Points joint_positions;  ///< J x 3 on the standard skeleton, centres of rotation by the bones, symmetric
-    std::vector<std::string> joint_names;  ///< the joints that bones define
-    std::vector<double> joint_distances;   ///< their distances from the target's own joints, m
-};
-
 /// Moves `parts` (as read_bodyparts3d gives them) into the target. Bones go with their group. A muscle's vertex goes
 /// with a blend of the maps of those bone groups that the muscle touches (within 1 cm), weighted by the inverse cube of
 /// the vertex's distance from their bones and smoothed along the muscle, so that attachments stay on the bones and what
-/// lies between follows smoothly. Sets every bone's `joint`.
-RegistrationResult register_anatomy(std::vector<AnatomyMesh>& parts, const AnatomyTarget& target);
+/// lies between follows smoothly. Sets every bone's `joint`, and that of muscles that move with the hand's bones only.
+/// Returns the centres of rotation by the bones, J x 3 on the standard skeleton, one side the mirror image of the
+/// other; joints without bones (eyes) stay the target's.
+Points register_anatomy(std::vector<AnatomyMesh>& parts, const AnatomyTarget& target);
+
+/// The same joints with their sides made mirror images of each other (means of both), those in the middle at x = 0, and
+/// the forearms' twist joints half way between elbow and wrist.
+Points symmetric_joints(Points joint_positions);
+
+/// Names of the joints that bones define: all but the eyes.
+std::vector<std::string> bone_joint_names();
 
 }  // namespace ndg

@@ -174,7 +174,7 @@ private:
 
 }  // namespace
 
-SkinFitReport fit_to_skin(std::vector<AnatomyMesh>& parts, const AnatomyTarget& target)
+SkinFitReport fit_to_skin(std::vector<AnatomyMesh>& parts, Points& joint_positions, const AnatomyTarget& target)
 {
     SkinFitReport report;
     if (parts.empty()) return report;
@@ -186,6 +186,7 @@ SkinFitReport fit_to_skin(std::vector<AnatomyMesh>& parts, const AnatomyTarget& 
         const Wishes wishes = fit.wishes(anatomy);
         const DisplacementField field(wishes.positions, wishes.displacements, wishes.weights, spacing, {});
         anatomy.vertices += field.at(anatomy.vertices);
+        joint_positions += field.at(joint_positions);
     }
     report.outside_after = fit.outside_share(anatomy);
     double sum = 0, count = 0;

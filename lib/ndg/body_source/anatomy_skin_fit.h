@@ -17,6 +17,7 @@ struct SkinFitReport {
 /// are one displacement field on coarse grids (DisplacementField); bones that need no room hold still in it. Head,
 /// hands and toes are only pushed. The fat layers are choices, in the range of half the skinfolds of lean adults
 /// (Durnin and Womersley 1974): see the table in the source. Deterministic.
-SkinFitReport fit_to_skin(std::vector<AnatomyMesh>& parts, const AnatomyTarget& target);
+/// `joint_positions`: moved along with the bones around them.
+SkinFitReport fit_to_skin(std::vector<AnatomyMesh>& parts, Points& joint_positions, const AnatomyTarget& target);
 
 }  // namespace ndg

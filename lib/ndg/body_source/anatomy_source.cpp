@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ndg/body_source/anatomy_source.h"
 
+#include "ndg/body/skeleton.h"
 #include "ndg/body_source/anatomy_registration.h"
 
 namespace ndg {
@@ -23,11 +24,16 @@ AnatomySource anatomy_source(const MakeHuman& body, const std::string& bodyparts
     target.weights = source.weights;
     target.joints = source.surface.joint_positions;
     target.female = person.sex < 0.5;
-    RegistrationResult registration = register_anatomy(source.anatomy, target);
-    source.joint_positions = std::move(registration.joint_positions);
-    for (std::size_t i = 0; i < registration.joint_names.size(); ++i)
-        result.joints.push_back({registration.joint_names[i], registration.joint_distances[i]});
-    if (options.fit_to_skin) result.skin_fit = fit_to_skin(source.anatomy, target);
+    source.joint_positions = register_anatomy(source.anatomy, target);
+    if (options.fit_to_skin) {
+        result.skin_fit = fit_to_skin(source.anatomy, source.joint_positions, target);
+        source.joint_positions = symmetric_joints(source.joint_positions);
+    }
+    const Skeleton& skeleton = standard_skeleton();
+    for (const std::string& name : bone_joint_names()) {
+        const int j = skeleton.joint(name);
+        result.joints.push_back({name, (source.joint_positions.row(j) - target.joints.row(j)).norm()});
+    }
     return result;
 }
 
