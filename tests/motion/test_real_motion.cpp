@@ -202,7 +202,7 @@ TEST_CASE("motion files are found and told apart", "[data]")
     CHECK(files[0].skeleton_path.empty());
     CHECK(files[1].skeleton_path == folder.file("a/only.asf"));
     CHECK(files[2].path == folder.file("b/notes.txt"));
-    CHECK(files[2].skip_reason == "not a BVH, AMC, DeepMimic or AMASS motion");
+    CHECK(files[2].skip_reason == "not a BVH, AMC, DeepMimic, AMASS or keyframe motion");
     CHECK(files[3].skeleton_path == folder.file("b/z.asf"));
     CHECK_THROWS_WITH(find_motion_files({folder.file("b/notes.txt")}), Contains("notes.txt"));
     CHECK_THROWS_WITH(find_motion_files({folder.file("c")}), Contains("does not exist"));
