@@ -2,6 +2,7 @@
 // Clinical angles and motions written by hand.
 #include "ndg/core/error.h"
 #include "ndg/core/file.h"
+#include "ndg/motion/joint_limits.h"
 #include "ndg/motion/keyframes.h"
 #include "ndg/motion/motion_files.h"
 #include "ndg/motion/rotation.h"
@@ -318,6 +319,29 @@ TEST_CASE("every built-in motion is read, smooth and within human ranges")
     }
     CHECK(num_motions >= 4);
     CHECK(num_poses > 1000);
+}
+
+TEST_CASE("built-in motions keep to published ranges of motion, or nearly")
+{
+    const Points rest = human_joints();
+    const JointLimits limits(read_joint_limits(std::string(NDG_TEST_SOURCE) + "/configs/joint-limits.json"), rest);
+    int num_checked = 0, num_outside = 0;
+    for (const MotionFile& file : find_motion_files({motions_folder()})) {
+        const PoseSet poses = keyframe_poses(read_keyframe_motion(file.path), rest, 10.0);
+        for (int i = 0; i < poses.size(); ++i) {
+            const std::vector<double> excess = limits.excess(poses.poses[std::size_t(i)].parent_from_joint);
+            for (std::size_t j = 0; j < excess.size(); ++j) {
+                INFO(file.path << ", frame " << poses.frame_idx[std::size_t(i)] << ", "
+                               << standard_skeleton().joint_names[j]);
+                // The ankle bends further under the body's weight than in the hands of an examiner, and by how much an
+                // arm may turn depends on where it points.
+                CHECK(excess[j] < 18 * degree);
+                num_outside += excess[j] > 2 * degree ? 1 : 0;
+                ++num_checked;
+            }
+        }
+    }
+    CHECK(num_outside < 0.005 * num_checked);
 }
 
 TEST_CASE("the walk is symmetric and its feet alternate on the ground; the squat is deep on flat feet")
