@@ -16,6 +16,10 @@ namespace ndg {
 
 namespace {
 
+constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF";
+/// Longer messages (a binary file read as text) are cut.
+constexpr std::size_t longest_message = 300;
+
 bool is_blank(char c)
 {
     return c == ' ' || c == '\t' || c == '\r' || c == '\n' || c == '\f' || c == '\v';
@@ -31,6 +35,8 @@ MotionText::MotionText(const std::string& path) : path_(path)
     buffer << file.rdbuf();
     text_ = buffer.str();
     require_input(!text_.empty(), "{}: is empty", path);
+    // The mark some editors put before UTF-8 text.
+    if (text_.compare(0, byte_order_mark.size(), byte_order_mark) == 0) position_ = byte_order_mark.size();
 }
 
 std::string_view MotionText::next_word()
@@ -86,7 +92,12 @@ double MotionText::number(std::string_view word, std::string_view what) const
 
 void MotionText::fail(const std::string& message) const
 {
-    throw InputError(fmt::format("{}: line {}: {}", path_, line_, message));
+    std::string printable = message.substr(0, longest_message);
+    if (message.size() > longest_message) printable += "...";
+    for (char& c : printable) {
+        if (static_cast<unsigned char>(c) < 0x20 || c == 0x7F) c = '?';
+    }
+    throw InputError(fmt::format("{}: line {}: {}", path_, line_, printable));
 }
 
 Eigen::Matrix3d axis_rotation(char axis, double angle)

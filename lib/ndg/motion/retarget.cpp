@@ -70,17 +70,25 @@ double relative_jump(const MotionClip& clip, int frame_idx, int a, int b)
     return rotation_angle(relative(frame_idx - 1), relative(frame_idx));
 }
 
-/// Angle between aligned bones of the source and ours; mean over the bones.
-double direction_error(const RotationTransfer& transfer, const Rotations& parent_from_joint, int frame_idx)
+/// Angle between the bones that the map aligns, from joint to joint, in the source and in ours; mean over the bones.
+double direction_error(const RotationTransfer& transfer, const Points& rest, const Rotations& parent_from_joint,
+                       int frame_idx)
 {
+    const Skeleton& skeleton = standard_skeleton();
     const Rotations world = compose_rotations(parent_from_joint);
+    Points ours = Points::Zero(rest.rows(), 3);
+    for (int j = 1; j < skeleton.num_joints(); ++j) {
+        const int parent = skeleton.parents[j];
+        ours.row(j) = ours.row(parent) + (rest.row(j) - rest.row(parent)) * world[parent].transpose();
+    }
+    const Points source = transfer.clip().joint_positions(frame_idx);
     double sum = 0.0;
     int count = 0;
     for (std::size_t j = 0; j < world.size(); ++j) {
         const RotationTransfer::Link& link = transfer.links()[j];
-        if (!link.aligned() || link.sole) continue;
-        const Eigen::Vector3d a = world[j] * link.our_bone;
-        const Eigen::Vector3d b = transfer.clip().world_from_joint[frame_idx][link.source] * link.source_bone;
+        if (!link.aligned() || link.sole || link.bone_to < 0) continue;
+        const Eigen::Vector3d a = (ours.row(link.toward) - ours.row(static_cast<Eigen::Index>(j))).transpose();
+        const Eigen::Vector3d b = (source.row(link.bone_to) - source.row(link.bone_from)).transpose();
         sum += std::atan2(a.cross(b).norm(), a.dot(b));
         ++count;
     }
@@ -103,6 +111,7 @@ public:
     ClipRetargeter(const MotionClip& clip, const JointMap& map, const Eigen::Ref<const Points>& joint_positions,
                    const RetargetOptions& options, int first_frame)
         : options_(options),
+          rest_(joint_positions),
           first_frame_(first_frame),
           transfer_(clip, map, joint_positions),
           targets_(transfer_, joint_positions),
@@ -153,7 +162,8 @@ public:
                 poses.poses.push_back(poses_[k]);
                 poses.clip_idx.push_back(0);
                 poses.frame_idx.push_back(frame_idx);
-                report.mean_direction_error += direction_error(transfer_, poses_[k].parent_from_joint, frame_idx);
+                report.mean_direction_error +=
+                    direction_error(transfer_, rest_, poses_[k].parent_from_joint, frame_idx);
             }
         }
         report.num_poses = poses.size();
@@ -339,6 +349,7 @@ private:
     }
 
     const RetargetOptions& options_;
+    Points rest_;
     int first_frame_, num_frames_ = 0;
     RotationTransfer transfer_;
     ScaledTargets targets_;

@@ -43,7 +43,7 @@ struct RetargetReport {
     int num_dropped_glitches = 0;       ///< candidates at the chosen rate lost to glitches
     int num_dropped_angles = 0;         ///< candidates lost to max_joint_angle or a limit of the joint map
     int num_poses = 0;                  ///< kept
-    double mean_direction_error = 0.0;  ///< rad, between aligned bones of the source and ours, over the kept poses
+    double mean_direction_error = 0.0;  ///< rad, between bones the map aligns, over the kept poses
     double max_joint_speed = 0.0;       ///< rad/s, fastest local joint rotation between neighbouring frames of the file
 
     /// Over all frames but the skipped ones, the roots aligned.

@@ -50,8 +50,14 @@ std::vector<Link> resolve(const MotionClip& clip, const JointMap& map, const Eig
         link.sole = entry.sole;
         link.limit = entry.limit;
         if (entry.toward.empty()) continue;
+        link.toward = skeleton.joint(entry.toward);
+        link.bone_from = clip.find_joint(entry.bone_from);
+        if (!entry.bone_to.empty()) {
+            link.bone_to = clip.find_joint(entry.bone_to);
+            link.bone_bends = !link.sole && clip.parents[link.bone_to] != link.bone_from;
+        }
         link.source_bone = source_vector(clip, entry.bone_from, entry.bone_to);
-        link.our_bone = (joint_positions.row(skeleton.joint(entry.toward)) - joint_positions.row(j)).transpose();
+        link.our_bone = (joint_positions.row(link.toward) - joint_positions.row(j)).transpose();
         if (!entry.up_from.empty()) link.source_up = source_vector(clip, entry.up_from, entry.up_to);
         require_input(link.source_bone.norm() > shortest_bone,
                       "clip {}: the bone of \"{}\" has zero length at the zero pose", clip.name, entry.bone_from);
@@ -185,6 +191,7 @@ RotationTransfer::RotationTransfer(const MotionClip& clip, const JointMap& map,
 {
     align_elbows(clip, links_, joint_positions, alignment_);
     twist_axes_ = find_twist_axes(links_);
+    has_bending_bones_ = std::any_of(links_.begin(), links_.end(), [](const Link& link) { return link.bone_bends; });
     const std::array<int, 6> ours = our_leg_joints();
     std::array<int, 6> source{};
     for (std::size_t k = 0; k < 6; ++k) source[k] = links_[ours[k]].source;
@@ -220,12 +227,20 @@ std::vector<Eigen::Matrix3d> RotationTransfer::world_rotations(int frame_idx) co
 {
     const Skeleton& skeleton = standard_skeleton();
     std::vector<Eigen::Matrix3d> world_from_joint(links_.size());
+    Points source;
+    if (has_bending_bones_) source = clip_.joint_positions(frame_idx);
     for (int j = 0; j < skeleton.num_joints(); ++j) {
         const int parent = skeleton.parents[j];
-        if (links_[j].source >= 0)
-            world_from_joint[j] = source_rotation(j, frame_idx) * alignment_[j];
-        else
+        const Link& link = links_[j];
+        if (link.source < 0) {
             world_from_joint[j] = parent >= 0 ? world_from_joint[parent] : Eigen::Matrix3d::Identity();
+            continue;
+        }
+        world_from_joint[j] = source_rotation(j, frame_idx) * alignment_[j];
+        if (!link.bone_bends) continue;
+        const Eigen::Vector3d bone = (source.row(link.bone_to) - source.row(link.bone_from)).transpose();
+        if (bone.norm() <= shortest_bone) continue;
+        world_from_joint[j] = minimal_rotation(world_from_joint[j] * link.our_bone, bone) * world_from_joint[j];
     }
     return world_from_joint;
 }

@@ -14,7 +14,9 @@ namespace ndg {
 /// R_src (blended where the map says so) the world rotation is R_src A_j, where A_j takes our rest bone (A pose) to the
 /// source's bone at its zero pose, built down the chain by minimal rotations from the parent's alignment, so that bones
 /// point as in the source without arbitrary twist; unmapped joints follow their parent. Where the source's elbow is a
-/// hinge, the upper arm's A_j is turned about itself until our elbow bends about its own axis.
+/// hinge, the upper arm's A_j is turned about itself until our elbow bends about its own axis. Where the source's bone
+/// has a joint within (a limb of two bones), the rotation is completed by the least one that brings our bone onto the
+/// line between its ends.
 class RotationTransfer {
 public:
     /// How one of our joints follows the clip.
@@ -24,6 +26,8 @@ public:
         bool twist_only = false;
         Eigen::Vector3d source_bone = Eigen::Vector3d::Zero();  ///< zero pose; zero where not aligned
         Eigen::Vector3d our_bone = Eigen::Vector3d::Zero();     ///< rest pose
+        int toward = -1, bone_from = -1, bone_to = -1;          ///< ends of the bones: ours, the source's (-1: a tip)
+        bool bone_bends = false;                                ///< the source has a joint between the ends of its bone
         double limit = 2.0 * M_PI;                              ///< rad from rest
         bool sole = false;
         Eigen::Vector3d source_up = Eigen::Vector3d::UnitY();
@@ -61,6 +65,7 @@ private:
     std::vector<Eigen::Matrix3d> alignment_;
     std::vector<Eigen::Vector3d> twist_axes_;
     std::array<int, 2> source_hip_joints_{};
+    bool has_bending_bones_ = false;
     Eigen::Vector3d hips_from_root_, root_rest_;
     double scale_ = 1.0, source_leg_length_ = 0.0;
 };
