@@ -17,7 +17,8 @@ const char* const procedural_licence = "Body: procedural source of this project 
 
 namespace {
 
-constexpr double mass_tolerance = 0.002;  // of the mass
+constexpr double mass_tolerance = 0.002;            // of the mass
+constexpr int search_rounds = 1, final_rounds = 4;  // of settling on the skin
 constexpr int max_girth_steps = 12;
 constexpr double min_girth = -2.5, max_girth = 9.0;
 
@@ -55,12 +56,12 @@ struct ProceduralBody::State {
                                                                          : v - shift;
     }
 
-    /// Left half of the skin of a layout; `start` (empty: the carried reference) is near it.
-    Points half_skin(const BodyLayout& to) const
+    /// Left half of the skin of a layout.
+    Points half_skin(const BodyLayout& to, int rounds) const
     {
         const int n = surface.num_half;
         const Points carried = carry_points(layout, to, weights.topRows(n), surface.vertices.topRows(n));
-        return settle_on_skin(surface, carried, skin_field(to));
+        return settle_on_skin(surface, carried, skin_field(to), rounds);
     }
     SolvedPerson solve(const ProceduralParameters& parameters) const;
     ParametricSurface surface_of(const SolvedPerson& person) const;
@@ -99,9 +100,10 @@ SolvedPerson ProceduralBody::State::solve(const ProceduralParameters& parameters
     double last_girth = girth, last_mass = 0.0;
     for (int step = 0;; ++step) {
         const BodyLayout to(parameters, girth);
-        Points half = half_skin(to);
+        Points half = half_skin(to, search_rounds);
         const double reached = mass(half, parameters);
         if (std::abs(reached / parameters.mass_kg - 1.0) < mass_tolerance) {
+            half = half_skin(to, final_rounds);
             // The crown and the soles are where the skin's forms blend to: the last millimetres by scaling.
             const double floor = half.col(1).minCoeff(), height = half.col(1).maxCoeff() - floor;
             return {to, std::move(half), parameters.stature_m / height, floor};

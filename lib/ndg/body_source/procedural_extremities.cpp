@@ -51,9 +51,9 @@ void add_head(Field& field, const BodyLayout& layout)
     const std::array<std::array<double, 4>, 6> face_rows = {{{0.00, 0.0290, 0.047, 0.030},
                                                              {0.16, 0.0425, 0.051, 0.035},
                                                              {0.34, 0.0510, 0.0525, 0.040},
-                                                             {0.56, 0.0580, 0.0540, 0.040},
-                                                             {0.78, 0.0630, 0.0545, 0.040},
-                                                             {1.00, 0.0640, 0.0590, 0.040}}};
+                                                             {0.56, 0.0580, 0.0520, 0.040},
+                                                             {0.78, 0.0630, 0.0505, 0.040},
+                                                             {1.00, 0.0640, 0.0545, 0.040}}};
     for (const auto& row : face_rows) {
         const double width = u * (row[1] + jaw * (1.1 - 0.7 * row[0]));
         face.sections.push_back({row[0], 0.0, 0.0, width, width, u * row[2], u * row[3]});
@@ -69,7 +69,7 @@ void add_head(Field& field, const BodyLayout& layout)
     field.add(Capsule{at(0.0, 1.500, 0.030), at(0.0, 1.515, 0.0), u * (0.020 + 0.007 * fat), u * (0.025 + 0.006 * fat)},
               0.03 * u);
     // Eyes: sockets, then balls behind lids.
-    field.carve(Ellipsoid{at(0.0320, 1.5870, 0.0950), radii(0.0175, 0.0105, 0.0155)}, 0.016 * u);
+    field.carve(Ellipsoid{at(0.0320, 1.5875, 0.0950), radii(0.0200, 0.0130, 0.0190)}, 0.012 * u);
     // Brow: a ridge, stronger in men.
     field.add(Capsule{at(0.010, 1.6010, 0.0815), at(0.040, 1.6040, 0.0700), u * (0.0070 + 0.0016 * male),
                       u * (0.0055 + 0.0012 * male)},
@@ -82,11 +82,23 @@ void add_head(Field& field, const BodyLayout& layout)
     field.carve(Ellipsoid{at(0.0065, 1.5465, 0.0960), radii(0.0034, 0.0034, 0.0052)}, 0.004 * u);
     // Mouth: the two lips, meeting in a groove.
     field.add(Ellipsoid{at(0.0, 1.5270, 0.0770), radii(0.0290, 0.0180, 0.0105)}, 0.018 * u);
-    field.add(Capsule{at(0.0045, 1.5290, 0.0878), at(0.0225, 1.5240, 0.0775), u * 0.0046, u * 0.0022}, 0.006 * u);
-    field.add(Capsule{at(0.0000, 1.5195, 0.0868), at(0.0205, 1.5222, 0.0772), u * 0.0056, u * 0.0026}, 0.0030 * u);
+    field.add(Capsule{at(0.0040, 1.5296, 0.0885), at(0.0125, 1.5288, 0.0868), u * 0.0046, u * 0.0040}, 0.005 * u);
+    field.add(Capsule{at(0.0125, 1.5288, 0.0868), at(0.0245, 1.5248, 0.0808), u * 0.0040, u * 0.0026}, 0.005 * u);
+    field.add(Capsule{at(0.0000, 1.5192, 0.0868), at(0.0120, 1.5202, 0.0852), u * 0.0056, u * 0.0048}, 0.0020 * u);
+    field.add(Capsule{at(0.0120, 1.5202, 0.0852), at(0.0235, 1.5232, 0.0805), u * 0.0048, u * 0.0028}, 0.0020 * u);
 
-    field.begin_group(0.0030 * u, Field::Side::mirrored, skin_head);
-    field.add(Ellipsoid{at(0.0315, 1.5868, 0.0690), radii(0.0140, 0.0110, 0.0125)}, 0.004 * u);
+    // Eyeballs, then the lids around them.
+    field.begin_group(0.0020 * u, Field::Side::mirrored, skin_head);
+    field.add(Ellipsoid{at(0.0315, 1.5875, 0.0685), radii(0.0125, 0.0125, 0.0128)}, 0.004 * u);
+    field.begin_group(0.0045 * u, Field::Side::mirrored, skin_head);
+    const std::array<Eigen::Vector3d, 4> upper = {at(0.0185, 1.5860, 0.0765), at(0.0270, 1.5930, 0.0812),
+                                                  at(0.0370, 1.5930, 0.0793), at(0.0455, 1.5865, 0.0705)};
+    const std::array<Eigen::Vector3d, 4> lower = {at(0.0185, 1.5850, 0.0750), at(0.0270, 1.5815, 0.0788),
+                                                  at(0.0370, 1.5815, 0.0772), at(0.0455, 1.5855, 0.0705)};
+    for (std::size_t i = 0; i + 1 < upper.size(); ++i) {
+        field.add(Capsule{upper[i], upper[i + 1], 0.0030 * u, 0.0030 * u}, 0.002 * u);
+        field.add(Capsule{lower[i], lower[i + 1], 0.0024 * u, 0.0024 * u}, 0.002 * u);
+    }
 
     // Ears: shell with a hollow, lobe.
     field.begin_group(0.007 * u, Field::Side::mirrored, skin_head);

@@ -133,8 +133,8 @@ void add_trunk(Field& field, const BodyLayout& layout)
     const double chest = p.shoulder_breadth;
     Ellipsoid pectoral;
     pectoral.centre = layout.place(layout.by_sex(0.070, 0.080) * chest, layout.by_sex(1.278, 1.284), 0.0);
-    pectoral.centre.z() = size(layout, {6.0, 6.8, 0.55, 0.5});
-    pectoral.radii = {size(layout, {7.0, 8.2, 0.5, 0.6}), size(layout, {5.6, 7.0, 0.4, 0.3}),
+    pectoral.centre.z() = size(layout, {6.0, 5.5, 0.55, 0.5});
+    pectoral.radii = {size(layout, {7.0, 8.2, 0.5, 0.6}), size(layout, {5.6, 7.6, 0.4, 0.3}),
                       size(layout, {3.2, 3.6, 0.2, 0.5})};
     field.add(pectoral, 0.035 * u);
     Ellipsoid mamma;

@@ -13,7 +13,7 @@ namespace ndg {
 namespace {
 
 constexpr int newton_steps = 12;
-constexpr int settle_rounds = 4;
+constexpr int meshing_rounds = 4;
 constexpr int smoothing_steps = 6;
 
 /// Planes from the first to the last knot; knot i: spacing from its place to the next one's.
@@ -94,31 +94,40 @@ SymmetricSurface mesh_skin(const BodyLayout& layout, const Field& field)
     const double hand_x = wrist.x() - 0.01 * u, hand_low = wrist.y() - 0.20 * u;
     const double foot_high = layout.joint("left_foot").y() - 0.01 * u, head_low = neck.y() - 0.01 * u;
     GridAxes axes;
-    axes.x = graded_axis({{0.0, 0.0045 * u},
-                          {0.09 * u, 0.0055 * u},
-                          {0.24 * u, 0.009 * u},
-                          {hand_x, 0.003 * u},
+    axes.x = graded_axis({{0.0, 0.0038 * u},
+                          {0.09 * u, 0.0065 * u},
+                          {0.24 * u, 0.011 * u},
+                          {hand_x, 0.0035 * u},
                           {hand_x + 0.24 * u, 0.0}});
-    axes.y = graded_axis({{-0.02 * u, 0.0045 * u},
-                          {foot_high, 0.009 * u},
-                          {hand_low, 0.0045 * u},
-                          {wrist.y(), 0.009 * u},
-                          {head_low, 0.004 * u},
+    axes.y = graded_axis({{-0.02 * u, 0.0055 * u},
+                          {foot_high, 0.011 * u},
+                          {hand_low, 0.0055 * u},
+                          {wrist.y(), 0.011 * u},
+                          {head_low, 0.0038 * u},
+                          {head_low + 0.15 * u, 0.006 * u},
                           {layout.parameters().stature_m + 0.03 * u, 0.0}});
     axes.z = graded_axis(
-        {{-0.22 * u, 0.0055 * u}, {-0.09 * u, 0.004 * u}, {0.13 * u, 0.0055 * u}, {toes.z() + 0.12 * u, 0.0}});
+        {{-0.22 * u, 0.0065 * u}, {-0.03 * u, 0.0045 * u}, {0.13 * u, 0.0065 * u}, {toes.z() + 0.12 * u, 0.0}});
     TriangleMesh mesh = marching_tetrahedra([&](const Eigen::Vector3d& x) { return field.value(x); }, axes);
 
     // Coarse to fine: the finer regions then own the borders.
-    const std::vector<double> edge_lengths = {0.0135 * u, 0.0068 * u, 0.0062 * u, 0.0047 * u};
+    enum Region : int { body_region, head_region, foot_region, hand_region, face_region };
+    const std::vector<double> edge_lengths = {0.0142 * u, 0.0080 * u, 0.0066 * u, 0.0048 * u, 0.0034 * u};
+    const Eigen::Vector3d eye = layout.joint("left_eye");
+    const auto region = [&](const Eigen::Vector3d& c) {
+        if ((c - wrist).dot(layout.arm_axis()) > 0.0 && c.x() > hand_x - 0.05 * u) return hand_region;
+        if (c.y() < foot_high) return foot_region;
+        if (c.y() < head_low + 0.3 * u * c.z()) return body_region;
+        const double above_eye = (c.y() - eye.y()) / u;
+        const bool face = c.z() > 0.048 * u && c.x() < 0.058 * u && above_eye > -0.085 && above_eye < 0.022;
+        const bool ear = c.x() > 0.071 * u && above_eye > -0.055 && above_eye < 0.030;
+        return face || ear ? face_region : head_region;
+    };
     std::vector<int> labels;
     for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t) {
-        Eigen::RowVector3d c = Eigen::RowVector3d::Zero();
-        for (int k = 0; k < 3; ++k) c += mesh.vertices.row(mesh.triangles(t, k)) / 3.0;
-        labels.push_back((c.transpose() - wrist).dot(layout.arm_axis()) > 0.0 && c.x() > hand_x - 0.05 * u ? 3
-                         : c.y() > head_low + 0.3 * u * c.z()                                              ? 1
-                         : c.y() < foot_high                                                               ? 2
-                                                                                                           : 0);
+        Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+        for (int k = 0; k < 3; ++k) centre += mesh.vertices.row(mesh.triangles(t, k)).transpose() / 3.0;
+        labels.push_back(region(centre));
     }
     mesh = remesh_graded(mesh, labels, edge_lengths);
 
@@ -146,17 +155,18 @@ SymmetricSurface mesh_skin(const BodyLayout& layout, const Field& field)
             surface.triangles(count + t, 2 - k) = mirror(v);
         }
     surface.vertices = surface.complete(half);
-    half = settle_on_skin(surface, half, field);
+    half = settle_on_skin(surface, half, field, meshing_rounds);
     surface.vertices = surface.complete(half);
     return surface;
 }
 
-Points settle_on_skin(const SymmetricSurface& surface, const Eigen::Ref<const Points>& carried, const Field& field)
+Points settle_on_skin(const SymmetricSurface& surface, const Eigen::Ref<const Points>& carried, const Field& field,
+                      int rounds)
 {
     const auto neighbours = half_neighbours(surface);
     Points x = carried;
     project_all(x, surface.num_middle, field);
-    for (int round = 0; round < settle_rounds; ++round) {
+    for (int round = 0; round < rounds; ++round) {
         Points displacement = x - carried;
         for (int step = 0; step < smoothing_steps; ++step)
             displacement = 0.5 * displacement + 0.5 * neighbour_mean(neighbours, displacement);

@@ -24,10 +24,10 @@ struct SymmetricSurface {
 /// Meshes the skin: finer at hands, head and feet. Deterministic.
 SymmetricSurface mesh_skin(const BodyLayout& layout, const Field& field);
 
-/// Vertices of the left half moved onto the zero surface of `field`. `carried` is where they would go with the bones,
-/// near the surface and well shaped; the displacement from there is kept smooth over the mesh, so that triangles keep
-/// their shape. `neighbours` of the half (mirrored ones included, as indices below num_half with a flag) come from
-/// `surface`.
-Points settle_on_skin(const SymmetricSurface& surface, const Eigen::Ref<const Points>& carried, const Field& field);
+/// Vertices of the left half (num_half rows) moved onto the zero surface of `field`. `carried` is where they would go
+/// with the bones, near the surface and well shaped; the displacement from there is smoothed over the mesh and the
+/// result taken back to the surface, `rounds` times, so that triangles keep their shape.
+Points settle_on_skin(const SymmetricSurface& surface, const Eigen::Ref<const Points>& carried, const Field& field,
+                      int rounds);
 
 }  // namespace ndg

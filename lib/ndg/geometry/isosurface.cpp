@@ -23,7 +23,7 @@ using Face = SurfaceMesh::Face_index;
 
 constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
 constexpr int block_cells = 8;  // cells a side of the blocks that are skipped as a whole
-constexpr unsigned int remesh_iterations = 6;
+constexpr unsigned int remesh_iterations = 4;
 
 /// Values on the grid's nodes; NaN where the surface is far.
 class GridValues {
@@ -206,7 +206,7 @@ TriangleMesh remesh_graded(const TriangleMesh& mesh, std::vector<int>& labels, c
         CGAL::Polygon_mesh_processing::isotropic_remeshing(faces, edge_lengths[label], surface,
                                                            CGAL::parameters::number_of_iterations(remesh_iterations)
                                                                .face_patch_map(label_map)
-                                                               .number_of_relaxation_steps(2));
+                                                               .number_of_relaxation_steps(1));
     }
     surface.collect_garbage();
     TriangleMesh result;
