@@ -194,6 +194,48 @@ TEST_CASE("clinical angles are recovered from poses")
     }
 }
 
+TEST_CASE("angles mean the same on a body that rests in another pose")
+{
+    // The same body with spread, turned and bent arms and bent fingers as its rest.
+    const Points spread = posed_joints(human_joints(), ClinicalFrames(human_joints())
+                                                           .pose(radians({{"left_shoulder.elevation", 85},
+                                                                          {"right_shoulder.elevation", 70},
+                                                                          {"right_shoulder.plane", 10},
+                                                                          {"left_elbow.flexion", 15},
+                                                                          {"right_forearm.pronation", 25},
+                                                                          {"left_index_1.flexion", 25},
+                                                                          {"left_hip.abduction", 10}})));
+    const std::vector<double> angles = radians({{"left_shoulder.elevation", 60},
+                                                {"left_shoulder.plane", 40},
+                                                {"left_shoulder.internal_rotation", 30},
+                                                {"left_elbow.flexion", 70},
+                                                {"right_shoulder.elevation", 100},
+                                                {"right_elbow.flexion", 40},
+                                                {"right_forearm.pronation", 50},
+                                                {"left_wrist.flexion", 20},
+                                                {"left_index_1.flexion", 40},
+                                                {"left_hip.flexion", 50},
+                                                {"left_knee.flexion", 80}});
+    const Points a = posed_joints(human_joints(), ClinicalFrames(human_joints()).pose(angles));
+    const Points b = posed_joints(spread, ClinicalFrames(spread).pose(angles));
+    const Skeleton& skeleton = standard_skeleton();
+    for (const auto& [from, to] : std::vector<std::pair<std::string, std::string>>{{"left_upper_arm", "left_forearm"},
+                                                                                   {"left_forearm", "left_hand"},
+                                                                                   {"left_hand", "left_middle_1"},
+                                                                                   {"left_index_1", "left_index_2"},
+                                                                                   {"left_pinky_1", "left_index_1"},
+                                                                                   {"right_upper_arm", "right_forearm"},
+                                                                                   {"right_forearm", "right_hand"},
+                                                                                   {"right_pinky_1", "right_index_1"},
+                                                                                   {"left_thigh", "left_shin"},
+                                                                                   {"left_shin", "left_foot"}}) {
+        INFO(from);
+        const Eigen::RowVector3d u = (a.row(skeleton.joint(to)) - a.row(skeleton.joint(from))).normalized();
+        const Eigen::RowVector3d v = (b.row(skeleton.joint(to)) - b.row(skeleton.joint(from))).normalized();
+        CHECK(std::acos(std::min(1.0, u.dot(v))) < 2 * degree);
+    }
+}
+
 TEST_CASE("keys are met, not overshot, and periodic motions join smoothly")
 {
     const KeyframeMotion motion = motion_of(
