@@ -22,6 +22,15 @@ std::string parts_text(const std::vector<PartDistance>& parts)
     return text;
 }
 
+std::string names_text(const std::vector<std::string>& names)
+{
+    std::string text = fmt::format(
+        "{}", fmt::join(names.begin(), names.begin() + static_cast<std::ptrdiff_t>(std::min(names.size(), shown_parts)),
+                        ", "));
+    if (names.size() > shown_parts) text += fmt::format(" and {} more", names.size() - shown_parts);
+    return text;
+}
+
 std::string containment_text(const Containment& containment)
 {
     if (containment.num_vertices == 0) return "no vertices";
@@ -101,17 +110,19 @@ std::string template_report(const TemplateCheck& check)
                      coverage.num_volumetric, coverage.num_inside, coverage.num_near, 1e3 * check.gates.embedding_limit,
                      coverage.num_far, coverage.worst.empty() ? "" : ": ", parts_text(coverage.worst),
                      coverage.num_skinned));
-    line("weights", fmt::format("rows sum to 1 within {:.2g}, {:.3g} to {:.3g}, {} joints used{}{}",
-                                check.weights.worst_row_sum, check.weights.min_weight, check.weights.max_weight,
-                                check.weights.num_joints_used, check.weights.unused_joints.empty() ? "" : ", not ",
-                                fmt::join(check.weights.unused_joints, ", ")));
+    line("weights",
+         fmt::format("rows sum to 1 within {:.2g}, {:.3g} to {:.3g}, {} joints used{}{}", check.weights.worst_row_sum,
+                     check.weights.min_weight, check.weights.max_weight, check.weights.num_joints_used,
+                     check.weights.unused_joints.empty() ? "" : ", not ", names_text(check.weights.unused_joints)));
     line("joints outside skin", check.joints_outside.empty() ? std::string("none") : parts_text(check.joints_outside));
     fmt::format_to(out, "{:<20}{:>9} {:>9} {:>9} {:>9} {:>9} {:>9}\n", "segment", "interior", "muscle", "fat",
                    "no layers", "litre", "kg");
-    for (const SegmentMeasure& segment : check.segments)
+    for (const SegmentMeasure& segment : check.segments) {
+        if (segment.volume() == 0.0) continue;
         fmt::format_to(out, "{:<20}{:>9.3f} {:>9.3f} {:>9.3f} {:>9.3f} {:>9.3f} {:>9.3f}\n", segment.name,
                        1e3 * segment.interior, 1e3 * segment.muscle, 1e3 * segment.fat, 1e3 * segment.surface,
                        1e3 * segment.volume(), segment.mass);
+    }
     line("skin encloses", fmt::format("{:.3f} litre; stature {:.3f} m", 1e3 * check.skin_volume, check.stature));
     line("left and right",
          fmt::format("differ by at most {:.2f} %{}{}", 100.0 * check.worst_asymmetry,
