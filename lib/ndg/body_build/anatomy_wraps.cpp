@@ -22,7 +22,7 @@ namespace {
 constexpr double first_repulsion = 20.0, last_repulsion = 300.0;
 constexpr int first_iterations = 100, refine_iterations = 40, max_refinements = 8;
 constexpr double max_extra_margin = 0.002;                   ///< m
-constexpr double max_spacing = 0.004, min_spacing = 0.0025;  ///< m, of the envelope's grid
+constexpr double max_spacing = 0.0035, min_spacing = 0.0025;  ///< m, of the envelope's grid
 
 double mean_edge(const WrapSkin& skin)
 {
@@ -181,7 +181,7 @@ Wraps anatomy_wraps(const WrapSkin& skin, const std::vector<AnatomyMesh>& anatom
     targets.min_scaled_jacobian = 1.06 * options.min_scaled_jacobian;
     targets.min_thickness = options.min_thickness;
     WrapOptimiser optimiser(skin, energy, targets, "wraps");
-    int iterations = optimiser.flow(first_iterations, 1e-2);
+    int iterations = optimiser.flow(first_iterations, 3e-2);
     log_debug("wraps: first flow after {} iterations, {:.1f} s", iterations, seconds());
 
     const Contents bones = contents(skin, anatomy, false), all = contents(skin, anatomy, true);
@@ -210,7 +210,7 @@ Wraps anatomy_wraps(const WrapSkin& skin, const std::vector<AnatomyMesh>& anatom
         outside_before = outside;
         if (done || stuck || refinement == max_refinements) break;
         energy.options.repulsion = std::min(last_repulsion, 3.0 * energy.options.repulsion);
-        iterations += optimiser.flow(refine_iterations, 2e-3);
+        iterations += optimiser.flow(refine_iterations, 5e-3);
     }
 
     const Eigen::RowVector3d place = skin.vertices.row(skin.triangles(prisms.triangle, 0));

@@ -122,13 +122,14 @@ WrapEnvelopes wrap_envelopes(const WrapSkin& skin, const std::vector<AnatomyMesh
         const TriangleMesh mesh = merged(bones);
         envelopes.bone = closing_grid(box, mesh.vertices, mesh.triangles, options.bone_closing);
     }
-    ScalarGrid bridge, belly;
+    ScalarGrid pocket, bridge, belly;
     if (!trunk.empty()) {
         const TriangleMesh mesh = merged(trunk);
         const auto closing = [&](double radius, double spacing) {
             return closing_grid(grid_around(mesh.vertices, radius + 3.0 * spacing, spacing), mesh.vertices,
                                 mesh.triangles, radius);
         };
+        pocket = closing(options.pocket_closing, trunk_spacing_factor * options.spacing);
         bridge = closing(options.trunk_closing, trunk_spacing_factor * options.spacing);
         belly = closing(options.belly_closing, belly_spacing_factor * options.spacing);
     }
@@ -143,15 +144,17 @@ WrapEnvelopes wrap_envelopes(const WrapSkin& skin, const std::vector<AnatomyMesh
             for (int i = 0; i < box.size[0]; ++i) {
                 const auto n = static_cast<std::size_t>(box.index(i, j, k));
                 const double outside = envelopes.skin.values[n];  // negative in the body
-                double bone = envelopes.bone.values[n];
+                double bone = envelopes.bone.values[n] - options.bone_dilation * options.spacing;
                 if (!trunk.empty()) {
                     const Eigen::Vector3d node = box.node(i, j, k);
                     const double front = std::max(value_beyond(belly, node), spine_depth(spine, node.y()) - node.z());
                     const double bridged = std::min(value_beyond(bridge, node), front);
-                    bone = std::min(bone, std::max(bridged, outside + options.trunk_depth));
+                    bone = std::min({bone, std::max(bridged, outside + options.trunk_depth),
+                                     std::max(value_beyond(pocket, node), outside + options.pocket_depth)});
                 }
                 bone = std::max(bone, outside + options.bone_depth);
-                const double muscle = std::min<double>(envelopes.muscle.values[n], bone - options.min_thickness);
+                const double muscle = std::min(envelopes.muscle.values[n] - options.muscle_dilation * options.spacing,
+                                               bone - options.min_thickness);
                 envelopes.bone.values[n] = static_cast<float>(bone);
                 envelopes.muscle.values[n] = static_cast<float>(std::max(muscle, outside + options.muscle_depth));
             }

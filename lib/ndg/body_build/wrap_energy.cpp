@@ -10,6 +10,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
+#include <set>
 
 namespace ndg {
 namespace {
@@ -145,35 +147,36 @@ void WrapEnergy::limit_move(const WrapPair& wraps, WrapPair& move) const
             (layer == 0 ? corners(state.muscle, t) : corners(state.bone, t));
         return result;
     };
-    std::vector<char> bad(static_cast<std::size_t>(num_triangles));
-    for (int round = 0; round < max_rounds; ++round) {
-        const WrapPair moved{wraps.bone + move.bone, wraps.muscle + move.muscle};
+    std::vector<int> candidates(static_cast<std::size_t>(num_triangles));
+    std::iota(candidates.begin(), candidates.end(), 0);
+    std::vector<char> bad(candidates.size());
+    WrapPair moved{wraps.bone + move.bone, wraps.muscle + move.muscle};
+    for (int round = 0; round < max_rounds && !candidates.empty(); ++round) {
+        bad.assign(candidates.size(), 0);
 #pragma omp parallel for schedule(static)
-        for (Eigen::Index t = 0; t < num_triangles; ++t) {
-            bad[static_cast<std::size_t>(t)] = 0;
+        for (std::size_t c = 0; c < candidates.size(); ++c)
             for (int layer = 0; layer < 2; ++layer) {
+                const Eigen::Index t = candidates[c];
                 const BarrierBounds limit = bounds(t, layer);
                 const Eigen::Array3d least(limit.jacobian, limit.thickness, limit.area);
                 const Eigen::Array3d after = prism_quality(prism(moved, t, layer)).transpose().array() - least;
                 // Most prisms are far from any bound.
                 if ((after > least * 4.0).all()) continue;
                 const Eigen::Array3d before = prism_quality(prism(wraps, t, layer)).transpose().array() - least;
-                if ((after < keep * before).any()) bad[static_cast<std::size_t>(t)] = 1;
+                if ((after < keep * before).any()) bad[c] = 1;
             }
-        }
-        std::vector<char> shorten(static_cast<std::size_t>(skin_.vertices.rows()), 0);
-        bool any = false;
-        for (Eigen::Index t = 0; t < num_triangles; ++t) {
-            if (!bad[static_cast<std::size_t>(t)]) continue;
-            any = true;
-            for (int k = 0; k < 3; ++k) shorten[static_cast<std::size_t>(skin_.triangles(t, k))] = 1;
-        }
-        if (!any) return;
-        for (Eigen::Index v = 0; v < skin_.vertices.rows(); ++v) {
-            if (!shorten[static_cast<std::size_t>(v)]) continue;
+        std::set<int> shortened;
+        for (std::size_t c = 0; c < candidates.size(); ++c)
+            for (int k = 0; k < 3 && bad[c]; ++k) shortened.insert(skin_.triangles(candidates[c], k));
+        std::set<int> touched;
+        for (const int v : shortened) {
             move.bone.row(v) *= shortening;
             move.muscle.row(v) *= shortening;
+            moved.bone.row(v) = wraps.bone.row(v) + move.bone.row(v);
+            moved.muscle.row(v) = wraps.muscle.row(v) + move.muscle.row(v);
+            for (const auto& [t, k] : incident_[static_cast<std::size_t>(v)]) touched.insert(t);
         }
+        candidates.assign(touched.begin(), touched.end());
     }
 }
 
