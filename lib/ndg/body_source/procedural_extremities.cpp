@@ -16,18 +16,13 @@ Eigen::Matrix3d tipped(double angle)
     return Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitX()).toRotationMatrix();
 }
 
-/// Head size over the drawing board's: heads vary less than statures.
-double head_scale(const BodyLayout& layout)
-{
-    return layout.unit() * layout.by_sex(0.985, 1.01);
-}
-
 }  // namespace
 
 void add_head(Field& field, const BodyLayout& layout)
 {
-    const double u = head_scale(layout), male = layout.parameters().sex;
-    const double fat = std::max(layout.girth(), -0.8);
+    const double u = layout.head_scale(), male = layout.parameters().sex;
+    // The face gains little after the first kilograms, and must not grow over the ears.
+    const double fat = layout.girth() > 0.0 ? 1.5 * (1.0 - std::exp(-layout.girth() / 1.5)) : 0.6 * layout.girth();
     const Eigen::Vector3d crown = layout.place(0.0, 1.70, 0.0);
     // Relative to the crown, so that the head keeps its proportions.
     const auto at = [&](double x, double y, double z) -> Eigen::Vector3d {
@@ -47,7 +42,7 @@ void add_head(Field& field, const BodyLayout& layout)
     face.exponent = 2.2;
     face.cap_begin = 0.014 * u;
     face.cap_end = 0.028 * u;
-    const double jaw = 0.0015 * male + 0.0035 * fat;
+    const double jaw = 0.0015 * male + 0.0020 * fat;
     const std::array<std::array<double, 4>, 6> face_rows = {{{0.00, 0.0290, 0.047, 0.030},
                                                              {0.16, 0.0425, 0.051, 0.035},
                                                              {0.34, 0.0510, 0.0525, 0.040},
@@ -158,7 +153,7 @@ void add_foot(Field& field, const BodyLayout& layout)
 void add_hand(Field& field, const BodyLayout& layout)
 {
     const double u = layout.hand_scale();
-    const double fat = 0.0008 * layout.girth() + 0.0004 * layout.muscle();
+    const double fat = 0.0004 * layout.girth() + 0.0003 * layout.muscle();  // of the palm; fingers keep their gaps
     const Eigen::Vector3d wrist = layout.joint("left_hand"), along = layout.arm_axis();
     const Eigen::Vector3d side = layout.thumb_side(), palm = layout.palm_side();
     const auto at = [&](double a, double s, double p) -> Eigen::Vector3d {
@@ -200,8 +195,7 @@ void add_hand(Field& field, const BodyLayout& layout)
         const Points p = finger_points(layout, f);
         const FingerPlan& plan = finger_plan(f);
         for (int k = 0; k < 3; ++k)
-            field.add(Capsule{p.row(k).transpose(), p.row(k + 1).transpose(), u * plan.radii[k] + fat,
-                              u * plan.radii[k + 1] + fat},
+            field.add(Capsule{p.row(k).transpose(), p.row(k + 1).transpose(), u * plan.radii[k], u * plan.radii[k + 1]},
                       0.004 * u);
     }
 }

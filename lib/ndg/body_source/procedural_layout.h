@@ -61,7 +61,8 @@ public:
     /// Left hand: direction of the fingers is arm_axis(), thumb side, and out of the palm.
     Eigen::Vector3d thumb_side() const { return Eigen::Vector3d::UnitZ(); }
     Eigen::Vector3d palm_side() const { return -arm_up_; }
-    /// Size of hands and feet over the drawing board's.
+    /// Size of head, hands and feet over the drawing board's; heads vary less between the sexes than statures do.
+    double head_scale() const { return unit_ * by_sex(0.985, 1.01); }
     double hand_scale() const { return hand_scale_; }
     double foot_scale() const { return foot_scale_; }
 

@@ -168,7 +168,8 @@ void add_neck(Field& field, const BodyLayout& layout)
     const double u = layout.unit();
     field.begin_group(0.030 * u, Field::Side::middle, skin_neck);
     const double radius = size(layout, {5.2, 5.9, 0.45, 0.45});
-    field.add(Capsule{layout.place(0.0, 1.395, -0.040), layout.place(0.0, 1.545, -0.012), 1.06 * radius, radius},
+    const double upper = size(layout, {5.2, 5.9, 0.18, 0.35});  // below the ears
+    field.add(Capsule{layout.place(0.0, 1.395, -0.040), layout.place(0.0, 1.545, -0.012), 1.06 * radius, upper},
               0.02 * u);
     field.begin_group(0.045 * u, Field::Side::mirrored, skin_trunk);
     const double chest = layout.parameters().shoulder_breadth;

@@ -11,6 +11,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
+#include <initializer_list>
 #include <string>
 #include <vector>
 
@@ -216,8 +218,7 @@ RowMatrix procedural_weights(const BodyLayout& layout, const Field& field, const
         weights = smoothed;
         complete();
     }
-    // The eight largest, without the negligible; on the middle line ties between left and right are kept together by
-    // the even number of middle joints being beside the point: they are symmetrised again.
+    // The eight largest, without the negligible; of equal entries all stay or none, so that the middle stays symmetric.
     for (int v = 0; v < surface.num_half; ++v) {
         std::array<double, num_standard_joints> sorted{};
         for (int j = 0; j < num_standard_joints; ++j) sorted[static_cast<std::size_t>(j)] = weights(v, j);
@@ -235,10 +236,22 @@ Points carry_points(const BodyLayout& from, const BodyLayout& to, const Eigen::R
                     const Eigen::Ref<const Points>& points)
 {
     const Skeleton& skeleton = standard_skeleton();
-    const double across = to.unit() / from.unit();
+    // Hands, feet and head keep their forms: they are scaled as wholes.
+    const auto scale_across = [&](const std::string& name) {
+        const auto among = [&](std::initializer_list<const char*> words) {
+            return std::any_of(words.begin(), words.end(),
+                               [&](const char* word) { return name.find(word) != std::string::npos; });
+        };
+        if (among({"hand", "thumb", "index", "middle", "ring", "pinky"})) return to.hand_scale() / from.hand_scale();
+        if (among({"foot", "toes"})) return to.foot_scale() / from.foot_scale();
+        if (among({"head", "jaw", "eye"})) return to.head_scale() / from.head_scale();
+        return to.unit() / from.unit();
+    };
     std::vector<Eigen::Affine3d> motions;
     for (int j = 0; j < skeleton.num_joints(); ++j) {
-        const std::string end = bone_end(skeleton.joint_names[static_cast<std::size_t>(j)]);
+        const std::string& name = skeleton.joint_names[static_cast<std::size_t>(j)];
+        const std::string end = bone_end(name);
+        const double across = scale_across(name);
         const Eigen::Vector3d a = from.joints().row(j).transpose(), b = to.joints().row(j).transpose();
         Eigen::Matrix3d linear = across * Eigen::Matrix3d::Identity();
         if (!end.empty()) {
