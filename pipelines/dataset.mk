@@ -1,44 +1,66 @@
 # SPDX-License-Identifier: Apache-2.0
 # Bodies, poses, splits and FEM samples.
 
-# Motion folders to import: CMU's where the data folder has them beside others, otherwise all of motion/.
-MOTION ?= $(or $(wildcard $(DATA)/motion/cmu_*),$(DATA)/motion)
+# Where bodies come from: MakeHuman with BodyParts3D's anatomy when a data folder is given, otherwise the procedural body
+# and the built-in motions.
+SOURCE ?= $(if $(DATA),anatomy,procedural)
+SEX    ?= male
+MOTION ?= $(if $(DATA),$(DATA)/motion) configs/motions
 
-CHECK_DATA = @test -n "$(DATA)" || { echo "Pass DATA=<folder> with makehuman/ and motion/ in it (docs/data.md says where" \
-    "they come from): a body and motions built into the project do not exist yet." >&2; exit 2; }; \
-    for d in makehuman motion; do test -d "$(DATA)/$$d" || { echo "DATA=$(DATA) has no folder $$d (docs/data.md)." >&2; exit 2; }; done
+MOTION_LICENCE ?= $(if $(DATA),Captured motions: each under the licence its folder states. )Built-in motions: Apache-2.0
+
+CHECK_DATA = @test "$(SOURCE)" = procedural || for d in makehuman bodyparts3d; do test -d "$(DATA)/$$d" || { \
+    echo "SOURCE=$(SOURCE) needs DATA=<folder> with makehuman/ and bodyparts3d/ in it; there is no '$(DATA)/$$d'" \
+    "(docs/data.md says where they come from; SOURCE=procedural needs no data)." >&2; exit 2; }; done
+MAKEHUMAN = $(if $(filter anatomy,$(SOURCE)),--makehuman "$(DATA)/makehuman")
+BODYPARTS3D = $(if $(filter anatomy,$(SOURCE)),--bodyparts3d "$(DATA)/bodyparts3d")
 STAGE = @pipelines/stage.sh $(OUT)
 RUN = --config $(CONFIG) --force
 
 .PHONY: templates bodies poses dataset
 
-templates: build ## the layered template, out/<preset>/template.h5
-	@$(MAKE) --no-print-directory $(OUT)/template.h5
+templates: build ## templates of every source and size with their checks, out/templates/<source>-<sex>-<preset>.{h5,txt}
+	$(if $(DATA),,@echo "without DATA=<folder> only the procedural body is built")
+	@$(MAKE) --no-print-directory $(TEMPLATE_CHECKS)
+	@tail -n +1 $(TEMPLATE_CHECKS)
 bodies: build ## sampled people with layers, out/<preset>/bodies.h5
 	@$(MAKE) --no-print-directory $(OUT)/bodies.h5
-poses: build ## motion capture on our skeleton and its farthest-point subset, out/<preset>/poses.h5
-	@$(MAKE) --no-print-directory $(OUT)/poses.h5
+poses: build ## motion capture on our skeleton and its farthest-point subset, out/<preset>/poses.{h5,png}
+	@$(MAKE) --no-print-directory $(OUT)/poses.h5 $(OUT)/poses.png
 dataset: build ## FEM samples, out/<preset>/fem.h5
 	@$(MAKE) --no-print-directory $(OUT)/fem.h5
 
-$(OUT)/template.h5: $(CONFIG)
+# Files that stand for a choice of source and motions: another choice makes what depends on it anew.
+SOURCE_CHOICE = $(OUT)/choice-source-$(SOURCE)-$(SEX)
+MOTION_CHOICE = $(OUT)/choice-motion-$(firstword $(shell echo '$(MOTION)' | md5sum))
+$(SOURCE_CHOICE):
+	@mkdir -p $(OUT) && rm -f $(OUT)/choice-source-* && touch $@
+$(MOTION_CHOICE):
+	@mkdir -p $(OUT) && rm -f $(OUT)/choice-motion-* && touch $@
+
+$(OUT)/template.h5: $(CONFIG) $(SOURCE_CHOICE)
 	$(CHECK_DATA)
-	$(STAGE) template $(BIN)/make-template $(RUN) --makehuman "$(DATA)/makehuman" --output $@
+	$(STAGE) template $(BIN)/make-template $(RUN) --source $(SOURCE) --sex $(SEX) $(MAKEHUMAN) $(BODYPARTS3D) --output $@
 
 $(OUT)/skins.h5: $(OUT)/template.h5 $(CONFIG)
 	$(CHECK_DATA)
-	$(STAGE) sample-bodies $(BIN)/sample-bodies $(RUN) --template $< --makehuman "$(DATA)/makehuman" --output $@
+	$(STAGE) sample-bodies $(BIN)/sample-bodies $(RUN) --template $< $(MAKEHUMAN) --output $@
 
 $(OUT)/bodies.h5: $(OUT)/template.h5 $(OUT)/skins.h5 $(CONFIG)
 	$(STAGE) build-layers $(BIN)/build-layers $(RUN) --template $(OUT)/template.h5 --skins $(OUT)/skins.h5 --output $@
 
-$(OUT)/motion.h5: $(OUT)/template.h5 $(CONFIG)
-	$(CHECK_DATA)
+$(OUT)/motion.h5: $(OUT)/template.h5 $(CONFIG) $(MOTION_CHOICE)
 	$(STAGE) import-motion $(BIN)/import-motion $(RUN) --template $< --joint-maps configs/joint-maps \
-	    $(addprefix --motion ,$(MOTION)) --output $@
+	    --joint-limits configs/joint-limits.json $(addprefix --motion ,$(MOTION)) --report $(OUT)/motion.json \
+	    --licence "$(MOTION_LICENCE)" --output $@
 
-$(OUT)/poses.h5: $(OUT)/motion.h5 $(CONFIG)
-	$(STAGE) sample-poses $(BIN)/sample-poses $(RUN) --poses $< --output $@
+$(OUT)/poses.h5: $(OUT)/motion.h5 $(OUT)/template.h5 $(CONFIG)
+	$(STAGE) sample-poses $(BIN)/sample-poses $(RUN) --poses $< --template $(OUT)/template.h5 \
+	    --joint-limits configs/joint-limits.json --range-of-motion $(OUT)/range_of_motion.json --output $@
+
+$(OUT)/poses.png: $(OUT)/poses.h5 $(OUT)/bodies.h5
+	$(STAGE) picture-poses $(BIN)/export-scene $(RUN) --template $(OUT)/template.h5 --bodies $(OUT)/bodies.h5 --poses $< \
+	    --picture-kind poses --count 150 --view three-quarter --picture $@
 
 $(OUT)/splits.h5: $(OUT)/template.h5 $(OUT)/bodies.h5 $(OUT)/poses.h5 $(CONFIG)
 	$(STAGE) make-splits $(BIN)/make-splits $(RUN) --template $(OUT)/template.h5 --bodies $(OUT)/bodies.h5 \
@@ -49,3 +71,15 @@ BODY_DEPS = $(OUT)/template.h5 $(OUT)/bodies.h5 $(OUT)/poses.h5
 
 $(OUT)/fem.h5: $(BODY_DEPS) $(OUT)/splits.h5 $(CONFIG)
 	$(STAGE) simulate-fem $(BIN)/simulate-fem --config $(CONFIG) --force $(BODY_FILES) --splits $(OUT)/splits.h5 --output $@
+
+# All templates: every source at the three sizes; SEXES="male female" makes both.
+SEXES ?= male
+TEMPLATE_NAMES = $(foreach source,$(if $(DATA),anatomy) procedural,$(foreach sex,$(SEXES),$(foreach size,demo desk paper,$(source)-$(sex)-$(size))))
+TEMPLATE_CHECKS = $(TEMPLATE_NAMES:%=out/templates/%.txt)
+template_part = $(word $(1),$(subst -, ,$(basename $(notdir $(2)))))
+out/templates/%.h5: configs/demo.json configs/desk.json configs/paper.json
+	@pipelines/stage.sh out/templates $* $(BIN)/make-template --config configs/$(call template_part,3,$@).json --force \
+	    --source $(call template_part,1,$@) --sex $(call template_part,2,$@) --output $@ \
+	    $(if $(findstring anatomy,$*),--makehuman "$(DATA)/makehuman" --bodyparts3d "$(DATA)/bodyparts3d")
+out/templates/%.txt: out/templates/%.h5
+	@$(BIN)/ndg-info $< > $@ || { cat $@; exit 3; }

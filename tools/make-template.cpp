@@ -1,47 +1,67 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ndg/body_build/make_template.h"
-#include "ndg/body_source/makehuman.h"
+#include "ndg/body_build/template_check.h"
+#include "ndg/body_source/anatomy_source.h"
+#include "ndg/body_source/procedural_body.h"
 #include "ndg/core/error.h"
 #include "ndg/core/tool.h"
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <cstdio>
+using namespace ndg;
+
+namespace {
+
+TemplateSource anatomy_template_source(const std::string& makehuman, const std::string& bodyparts3d,
+                                       const std::string& sex)
+{
+    require_input(!makehuman.empty() && !bodyparts3d.empty(), "--source anatomy needs --makehuman and --bodyparts3d");
+    const MakeHuman body(makehuman);
+    MakeHumanParameters person;
+    person.sex = sex == "male" ? 1.0 : 0.0;
+    return anatomy_source(body, bodyparts3d, person).source;
+}
+
+TemplateSource procedural_template_source(const std::string& sex)
+{
+    ProceduralParameters person;
+    person.sex = sex == "male" ? 1.0 : 0.0;
+    person.stature_m = sex == "male" ? 1.753 : 1.614;
+    person.mass_kg = 23.5 * person.stature_m * person.stature_m;
+    return ProceduralBody().source(person);
+}
+
+}  // namespace
 
 int main(int argc, char** argv)
 {
-    using namespace ndg;
     Tool tool(
         "make-template",
-        "Builds the layered template from MakeHuman's body: skin, muscle wrap, bone wrap, prisms, tetrahedra inside "
-        "the bone wrap, skinning weights and bone shafts.",
-        "make-template --makehuman DATA/makehuman --output template.h5");
-    std::string makehuman, output;
+        "Builds the layered template: skin, muscle wrap, bone wrap, prisms between them, tetrahedra inside, bones "
+        "and muscles embedded. Either from MakeHuman's body with BodyParts3D's anatomy, or from the built-in "
+        "procedural body, which needs no file.",
+        "make-template --source procedural --prisms 6000 --output template.h5");
+    std::string source_name = "procedural", sex = "male", makehuman, bodyparts3d, output;
     TemplateOptions options;
-    tool.input("makehuman", makehuman, "folder with MakeHuman's 3dobjs, targets and rigs");
+    tool.input("makehuman", makehuman, "folder with MakeHuman's 3dobjs, targets and rigs (source anatomy)", false);
+    tool.input("bodyparts3d", bodyparts3d, "folder with BodyParts3D's bones, muscles, other, tendons (source anatomy)",
+               false);
     tool.output("output", output, "template file to write");
-    tool.parameter("target-edge-length", options.target_edge_length, "edge length of the volumetric skin, m", 0.004,
-                   0.08);
+    tool.parameter("source", source_name, "where skin and anatomy come from", {"anatomy", "procedural"});
+    tool.parameter("sex", sex, "of the template body", {"male", "female"});
+    tool.parameter("prisms", options.prisms, "wanted number of prisms, reached within a few percent", 1000, 500000);
     tool.parameter("keep-ratio", options.keep_ratio, "share of triangles kept on head, hands and toes", 0.01, 1.0);
-    tool.parameter("fat-share", options.fat_share, "fat layer's share of the soft tissue of the template body", 0.1,
-                   0.8);
-    tool.parameter("min-scaled-jacobian", options.min_scaled_jacobian, "prisms flatter than this are improved", 0.001,
-                   0.5);
+    tool.parameter("bone-cover", options.cover.bone, "least depth of bones under the skin, m", 0.0, 0.02);
+    tool.parameter("muscle-cover", options.cover.muscle, "least depth of muscles under the skin, m", 0.0, 0.02);
+    tool.parameter("min-scaled-jacobian", options.wraps.min_scaled_jacobian, "no prism flatter than this is wanted",
+                   0.001, 0.5);
     return tool.run(argc, argv, [&] {
-        const MakeHuman source(makehuman);
-        const Template made = make_template(source.evaluate({}), source.weights(), options);
-        const PrismCheck check = check_prisms(made.rest.volume_vertices, made.prisms);
-        require(check.num_invalid == 0, "template: {} invalid prisms, worst {} with Jacobian {:.3g} m^3",
-                check.num_invalid, check.worst_prism_idx, check.min_jacobian);
-        write_template(output, made, tool.provenance(makehuman_licence));
-        const double outside = made.embedding.distances.empty() ? 0.0
-                                                                : *std::max_element(made.embedding.distances.begin(),
-                                                                                    made.embedding.distances.end());
-        fmt::print("template: {} prisms, {} volume vertices, {} tetrahedra, {} skin vertices, {} anatomy vertices\n",
-                   made.num_prisms(), made.num_volume_vertices(), made.tetrahedra.rows(),
-                   made.rest.skin_vertices.rows(), made.anatomy_vertices.rows());
-        fmt::print("invalid rest prisms: 0, smallest scaled Jacobian {:.3f}, embedding within {:.2f} mm\n",
-                   check.min_scaled_jacobian, 1e3 * outside);
+        const TemplateSource source = source_name == "anatomy" ? anatomy_template_source(makehuman, bodyparts3d, sex)
+                                                               : procedural_template_source(sex);
+        const Template made = make_template(source, options);
+        write_template(output, made, tool.provenance(source.licence));
+        const TemplateCheck check = check_template(read_template(output));
+        fmt::print("{}", template_report(check));
+        if (!check.passes()) throw QualityError(output + ": the template misses a gate of its check");
     });
 }

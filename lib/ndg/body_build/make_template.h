@@ -2,24 +2,26 @@
 #pragma once
 
 #include "ndg/body/template.h"
-#include "ndg/body_source/parametric_surface.h"
+#include "ndg/body_build/anatomy_wraps.h"
+#include "ndg/body_build/cover.h"
+#include "ndg/body_source/template_source.h"
 
 namespace ndg {
 
 struct TemplateOptions {
-    double target_edge_length = 0.032;  ///< m, of the volumetric skin
-    double keep_ratio = 0.25;           ///< share of the source's triangles kept on head, hands and toes
-    double fat_share = 0.35;            ///< of the soft tissue of the template body between skin and bone wrap
-    double min_scaled_jacobian = 0.08;  ///< prisms flatter than this are improved
+    int prisms = 6000;          ///< wanted number of prisms; reached within a few percent
+    double keep_ratio = 0.25;   ///< share of the source's triangles kept on head, hands and toes
+    double move_limit = 0.002;  ///< m; anatomy vertices this near to the volume are moved into it
+    CoverOptions cover;
+    AnatomyWrapOptions wraps;
 
     /// Throws InputError for values outside their ranges.
     void check() const;
 };
 
-/// The layered template of a parametric surface: skin cut and remeshed, wraps, prisms, bone interior, skinning weights,
-/// bone shafts embedded. `weights`: N x J dense weights of the surface's vertices.
-/// Throws InputError for an open or inverted surface, Error when no valid layers are found.
-Template make_template(const ParametricSurface& surface, const Eigen::Ref<const RowMatrix>& weights,
-                       const TemplateOptions& options);
+/// The layered template (NDG 3.1) of a source: its skin remeshed to the wanted resolution, anatomy brought under that
+/// skin, bone wrap and muscle wrap around it, prisms between them, tetrahedra inside, the anatomy embedded. Throws
+/// InputError for a skin that cannot be used, Error when no valid layers are found.
+Template make_template(const TemplateSource& source, const TemplateOptions& options);
 
 }  // namespace ndg

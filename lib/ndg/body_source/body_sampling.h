@@ -24,4 +24,10 @@ MakeHumanParameters sample_parameters(std::uint64_t seed, int body_idx, const Bo
 /// Throws InputError when the template has no source map.
 Body skin_on_template(const Template& body_template, const ParametricSurface& surface, const std::string& name);
 
+/// `count` adults of the template's own source as skins in its tessellation; parameters sex, age_years, stature_m,
+/// mass_kg, bmi. MakeHuman's people need its folder; the procedural body needs none. Body b depends on (seed, b) alone.
+/// Throws InputError when the template has no source or the folder is missing.
+BodySet sample_skins(const Template& body_template, const std::string& makehuman_folder, int count, std::uint64_t seed,
+                     const BodySamplingOptions& options);
+
 }  // namespace ndg

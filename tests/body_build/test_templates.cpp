@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// The real body: MakeHuman's surface, template and layers. Skips without a data folder.
-#include "ndg/body_source/body_sampling.h"
+// MakeHuman's sliders, which skip without a data folder, and templates of both sources.
 #include "ndg/body_build/layers.h"
 #include "ndg/body_build/make_template.h"
+#include "ndg/body_build/template_check.h"
+#include "ndg/body_source/anatomy_source.h"
+#include "ndg/body_source/body_sampling.h"
 #include "ndg/body_source/makehuman.h"
+#include "ndg/body_source/procedural_body.h"
 #include "ndg/core/error.h"
 #include "ndg/geometry/closest_point.h"
 #include "ndg/geometry/triangle_mesh.h"
@@ -61,50 +64,72 @@ TEST_CASE("MakeHuman's sliders do what they say", "[makehuman]")
     CHECK((weights.array() > 1e-4).cast<int>().rowwise().sum().maxCoeff() <= 16);
 }
 
-TEST_CASE("template and bodies of MakeHuman are valid everywhere", "[makehuman]")
+namespace {
+
+/// What every template must keep, whatever it is made from; then a light and a heavy person of the same source.
+void check_made(const Template& made, const ParametricSurface& own, const ParametricSurface& lean_surface,
+                const ParametricSurface& heavy_surface)
 {
-    if (test::data_folder().empty()) return;
-    const MakeHuman source(test::data_folder() + "/makehuman");
-    TemplateOptions options;
-    options.target_edge_length = 0.032;
-    const Template made = make_template(source.evaluate({}), source.weights(), options);
-    CHECK(made.num_prisms() > 2000);
-    CHECK(check_prisms(made.rest.volume_vertices, made.prisms).num_invalid == 0);
-    CHECK(closed_surface_defect(made.rest.skin_vertices, made.skin_triangles).empty());
-    CHECK((made.skin_weights.weights.rowwise().sum().array() - 1.0).abs().maxCoeff() < 1e-9);
+    const TemplateCheck check = check_template(made);
+    INFO(template_report(check));
+    CHECK(check.passes());
 
-    // The layers lie inside each other: no muscle or bone wrap vertex outside the skin.
-    const int n = made.num_wrap_vertices();
-    const Eigen::VectorXd winding =
-        winding_numbers(made.rest.skin_vertices, made.skin_triangles, made.rest.volume_vertices.topRows(2 * n));
-    CHECK(winding.minCoeff() > 0.5);
+    // The template's own skin comes back from the source, its joints too.
+    const Body again = skin_on_template(made, own, "again");
+    CHECK((again.skin_vertices - made.rest.skin_vertices).cwiseAbs().maxCoeff() < 1e-9);
+    CHECK((again.joint_positions - made.rest.joint_positions).cwiseAbs().maxCoeff() < 1e-3);
 
-    // Every bone vertex lies in an element or within half a millimetre of one.
-    for (const double distance : made.embedding.distances) CHECK(distance < 5e-4);
-    CHECK((apply_embedding(made.embedding, made.rest.volume_vertices, made.rest.interior_vertices) -
-           made.anatomy_vertices)
-              .rowwise()
-              .norm()
-              .maxCoeff() < 5.1e-4);
-
-    // The template's own skin comes back from the source; a heavier and a leaner person get valid layers, and more fat.
-    CHECK((skin_on_template(made, source.evaluate({}), "x").skin_vertices - made.rest.skin_vertices).norm() < 1e-9);
     LayerReport lean, heavy;
-    MakeHumanParameters p;
-    p.weight = 0.2;
     const Person person{0.5, 40.0};
-    const Body lean_body = build_layers(made, skin_on_template(made, source.evaluate(p), "lean"), person, 0.05, &lean);
-    p.weight = 0.9;
-    p.muscle = 0.2;
-    const Body heavy_body =
-        build_layers(made, skin_on_template(made, source.evaluate(p), "heavy"), person, 0.05, &heavy);
+    const Body lean_body = build_layers(made, skin_on_template(made, lean_surface, "lean"), person, 0.05, &lean);
+    const Body heavy_body = build_layers(made, skin_on_template(made, heavy_surface, "heavy"), person, 0.05, &heavy);
     CHECK(check_prisms(lean_body.volume_vertices, made.prisms).num_invalid == 0);
     CHECK(check_prisms(heavy_body.volume_vertices, made.prisms).num_invalid == 0);
     CHECK(heavy.bmi > lean.bmi + 4.0);
     CHECK(heavy.fat_layer_litre > 1.3 * lean.fat_layer_litre);
+    // Bones do not grow with fat.
+    const auto bone_volume = [&](const Body& body) {
+        const auto n = made.num_wrap_vertices();
+        return body.volume_vertices.topRows(n).colwise().maxCoeff() -
+               body.volume_vertices.topRows(n).colwise().minCoeff();
+    };
+    CHECK((bone_volume(heavy_body) - bone_volume(lean_body)).cwiseAbs().maxCoeff() < 0.03);
+}
+
+}  // namespace
+
+TEST_CASE("The procedural body becomes a template with everything in its place", "[template]")
+{
+    const ProceduralBody source;
+    ProceduralParameters person;
+    TemplateOptions options;
+    options.prisms = 6000;
+    const Template made = make_template(source.source(person), options);
+    ProceduralParameters lean = person, heavy = person;
+    lean.mass_kg = 19.0 * lean.stature_m * lean.stature_m;
+    heavy.mass_kg = 33.0 * heavy.stature_m * heavy.stature_m;
+    check_made(made, source.evaluate(person), source.evaluate(lean), source.evaluate(heavy));
 
     // An open skin is refused in one sentence.
-    ParametricSurface open = source.evaluate({});
-    open.triangles.conservativeResize(open.triangles.rows() - 1, 3);
-    CHECK_THROWS_WITH(make_template(open, source.weights(), options), Contains("the skin cannot be used"));
+    TemplateSource open = source.source(person);
+    open.surface.triangles.conservativeResize(open.surface.triangles.rows() - 1, 3);
+    CHECK_THROWS_AS(make_template(open, options), InputError);
+}
+
+TEST_CASE("MakeHuman's body with real bones and muscles becomes a template", "[makehuman]")
+{
+    if (test::data_folder().empty()) return;
+    const MakeHuman body(test::data_folder() + "/makehuman");
+    MakeHumanParameters man;
+    man.sex = 1.0;
+    TemplateOptions options;
+    options.prisms = 6000;
+    const Template made =
+        make_template(anatomy_source(body, test::data_folder() + "/bodyparts3d", man).source, options);
+    CHECK(made.anatomy_parts.size() > 500);
+    MakeHumanParameters lean = man, heavy = man;
+    lean.weight = 0.2;
+    heavy.weight = 0.9;
+    heavy.muscle = 0.2;
+    check_made(made, body.evaluate(man), body.evaluate(lean), body.evaluate(heavy));
 }
