@@ -190,31 +190,4 @@ CutSurface cut_along_zero(const Eigen::Ref<const Points>& vertices, const Eigen:
     return cut;
 }
 
-std::vector<int> volumetric_labels(const Eigen::Ref<const Triangles>& triangles, const Eigen::VectorXd& field)
-{
-    std::vector<int> labels(triangles.rows());
-    for (Eigen::Index t = 0; t < triangles.rows(); ++t)
-        labels[t] = field[triangles(t, 0)] + field[triangles(t, 1)] + field[triangles(t, 2)] < 0.0 ? 1 : 0;
-    const std::vector<MeshEdge> edges = mesh_edges(triangles, static_cast<int>(field.size()));
-    constexpr int max_rounds = 20;
-    for (int round = 0; round < max_rounds; ++round) {
-        std::vector<int> neighbours_of_other_label(triangles.rows(), 0);
-        for (const MeshEdge& edge : edges) {
-            if (edge.right_triangle < 0 || labels[edge.left_triangle] == labels[edge.right_triangle]) continue;
-            ++neighbours_of_other_label[edge.left_triangle];
-            ++neighbours_of_other_label[edge.right_triangle];
-        }
-        // Alternate sides, so that two triangles do not swap for ever.
-        const int side = round % 2;
-        bool changed = false;
-        for (Eigen::Index t = 0; t < triangles.rows(); ++t)
-            if (labels[t] == side && neighbours_of_other_label[t] >= 2) {
-                labels[t] = 1 - side;
-                changed = true;
-            }
-        if (!changed && side == 1) break;
-    }
-    return labels;
-}
-
 }  // namespace ndg

@@ -53,8 +53,4 @@ struct CutSurface {
 CutSurface cut_along_zero(const Eigen::Ref<const Points>& vertices, const Eigen::Ref<const Triangles>& triangles,
                           const Eigen::VectorXd& field, double snap);
 
-/// Label 1 for the triangles of a remeshed surface that lie in the volumetric region by their mean field value, 0 for
-/// the others; single triangles that stick out over the border are taken to the other side, so that it runs smoothly.
-std::vector<int> volumetric_labels(const Eigen::Ref<const Triangles>& triangles, const Eigen::VectorXd& field);
-
 }  // namespace ndg

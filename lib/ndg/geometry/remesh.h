@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Isotropic remeshing and decimation by CGAL (GPL): only target ndg::remesh and the tools that build templates link it.
+// Intersections of triangle meshes by CGAL (GPL): only target ndg::remesh and the tools that build templates link it.
 #pragma once
 
 #include "ndg/core/types.h"
 
+#include <utility>
 #include <vector>
 
 namespace ndg {
@@ -13,18 +14,11 @@ struct TriangleMesh {
     Triangles triangles;
 };
 
-/// Remeshes the triangles whose label is > 0 to edges of about `target_edge_length` (metres), one label region at a
-/// time so that the borders between labels stay chains of edges; triangles of label 0 are decimated by edge collapse
-/// (Garland-Heckbert) to about `keep_ratio` of their number. Vertices of labelled regions and borders lie on the input
-/// surface. A single triangle that sticks out of its region like a tooth first takes the label around it. Returns the
-/// new mesh and, per triangle, its label. Deterministic.
-/// Closed, manifold input gives closed, manifold output. Throws InputError otherwise.
+/// A mesh and, per triangle, its label.
 struct RemeshResult {
     TriangleMesh mesh;
     std::vector<int> triangle_labels;
 };
-RemeshResult remesh_regions(const TriangleMesh& mesh, const std::vector<int>& triangle_labels,
-                            double target_edge_length, double keep_ratio);
 
 /// Pairs of intersecting triangles, by CGAL's exact predicates: those without a common vertex, or also
 /// `with_neighbours` that share a vertex and meet elsewhere too, or share an edge and lie on each other.
