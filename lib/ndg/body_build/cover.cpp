@@ -21,7 +21,9 @@ constexpr int rounds = 3;
 constexpr double still_weight = 0.03;
 /// Asked for beyond the cover, so that smoothing does not leave most vertices just short of it.
 constexpr double surplus = 0.0004;
-constexpr int compression_rounds = 20;
+constexpr int compression_rounds = 12;
+/// Rounds in which violations reach out; later ones mend single vertices, or their surroundings would be pressed flat.
+constexpr int shared_rounds = 2;
 /// Violations reach out to what lies around them within this distance, m, or six times their size.
 constexpr double compression_reach = 0.012;
 
@@ -61,7 +63,8 @@ public:
           options_(options),
           results_(points.part_of.size()),
           wanted_(points.part_of.size()),
-          slack_(points.part_of.size(), -1.0),
+          slack_(points.part_of.size(), -1e9),
+          reach_(points.part_of.size(), -1.0),
           asked_(points.positions)
     {
     }
@@ -73,7 +76,8 @@ public:
             const auto k = std::size_t(i);
             const Eigen::Vector3d point = points_.positions.row(i).transpose();
             const double moved = (points_.positions.row(i) - asked_.row(i)).norm();
-            if (slack_[k] > reach + moved) continue;
+            if (slack_[k] > reach + moved || (moved == 0.0 && reach <= reach_[k])) continue;
+            reach_[k] = reach;
             const bool hollow = points_.hollow[k] != 0;
             const double cover = points_.is_bone[k] ? options_.bone : options_.muscle;
             results_[k] = skin_.at(point, hollow);
@@ -114,7 +118,7 @@ private:
     const PointSet& points_;
     CoverOptions options_;
     std::vector<SkinDepth::Result> results_;
-    std::vector<double> wanted_, slack_;
+    std::vector<double> wanted_, slack_, reach_;
     Points asked_;
 };
 
@@ -181,13 +185,21 @@ Eigen::VectorXd violation_envelope(const PointSet& points, const DepthTable& tab
     return envelope;
 }
 
+Eigen::VectorXd violations(const PointSet& points, const DepthTable& table)
+{
+    Eigen::VectorXd missing(points.positions.rows());
+    for (Eigen::Index i = 0; i < missing.size(); ++i) missing[i] = table.missing(std::size_t(i));
+    return missing;
+}
+
 /// Depths from wanted - h to `top` go to wanted to `top`, linearly, so that nothing passes anything else; `top` is
 /// wanted + 2 h, or the middle of the body where that is nearer.
 void compress(PointSet& points, DepthTable& table)
 {
     for (int round = 0; round < compression_rounds; ++round) {
         table.update(compression_reach);
-        const Eigen::VectorXd envelope = violation_envelope(points, table);
+        const Eigen::VectorXd envelope =
+            round < shared_rounds ? violation_envelope(points, table) : violations(points, table);
         if (envelope.size() == 0 || envelope.maxCoeff() <= 0.0) return;
 #pragma omp parallel for schedule(dynamic, 256)
         for (Eigen::Index i = 0; i < points.positions.rows(); ++i) {

@@ -8,7 +8,7 @@
 
 namespace ndg {
 
-/// Least depth under the skin, m. Where the body is thinner than four times that (fingers, toes), proportionally less.
+/// Least depth under the skin, m. Where the body is thinner than five times that (fingers, toes), proportionally less.
 struct CoverOptions {
     double bone = 0.004;
     double muscle = 0.0025;

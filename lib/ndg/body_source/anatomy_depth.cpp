@@ -156,7 +156,7 @@ double SkinDepth::room_at(const Result& nearest, double reach, bool hollow) cons
 
 double SkinDepth::cover_at(const Result& nearest, double cover, bool hollow) const
 {
-    return std::clamp(0.5 * room_at(nearest, 2.0 * cover, hollow), 0.2 * cover, cover);
+    return std::clamp(0.4 * room_at(nearest, 2.5 * cover, hollow), 0.2 * cover, cover);
 }
 
 }  // namespace ndg

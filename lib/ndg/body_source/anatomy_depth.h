@@ -41,8 +41,8 @@ public:
     /// Greatest depth met going inwards from a point of the skin, as far as `reach`: half of the body's thickness there
     /// where it is thinner than twice that.
     double room_at(const Result& nearest, double reach, bool hollow) const;
-    /// The part of `cover` that the body has room for: half of the room within twice the cover, which is the whole
-    /// cover where the body is thicker than four times that. Not below a fifth.
+    /// The part of `cover` that the body has room for: two fifths of the room, which is the whole cover where the body
+    /// is thicker than five times that. Not below a fifth.
     double cover_at(const Result& nearest, double cover, bool hollow) const;
 
 private:

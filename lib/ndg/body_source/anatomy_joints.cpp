@@ -120,9 +120,17 @@ void add_leg(const PartFinder& bones, const std::string& side, double lateral, B
     set("shin", 0.5 * (farthest(distal, out) + farthest(distal, -out)));
     set("foot", 0.5 * (end_centre(bone("fibula"), -up, 0.01) +
                        end_centre(near(bone("tibia"), end_centre(bone("tibia"), -up, 0.02), 0.04), -up - out, 0.006)));
+    const std::array<std::array<const char*, 2>, 5> toes = {
+        {{"first", "big"}, {"second", "second"}, {"third", "third"}, {"fourth", "fourth"}, {"fifth", "little"}}};
     Eigen::Vector3d heads = Eigen::Vector3d::Zero();
-    for (const char* ordinal : {"first", "second", "third", "fourth", "fifth"})
-        heads += 0.2 * end_centre(bone(std::string(ordinal) + " metatarsal bone"), front - 0.3 * up, 0.012);
+    for (std::size_t k = 0; k < toes.size(); ++k) {
+        const Eigen::Vector3d head =
+            end_centre(bone(std::string(toes[k][0]) + " metatarsal bone"), front - 0.3 * up, 0.012);
+        const Points& tip = bones.part("distal phalanx of " + side + " " + toes[k][1] + " toe").vertices;
+        set("toe_" + std::to_string(k + 1), head);
+        set("toe_" + std::to_string(k + 1) + "_tip", farthest(tip, middle(tip) - head));
+        heads += 0.2 * head;
+    }
     set("toes", heads);
     set("heel", farthest(bone("calcaneus"), -front));
 }

@@ -37,7 +37,8 @@ using BonePoints = std::map<std::string, Eigen::Vector3d>;
 ///   to the joints of MakeHuman's rig; pelvis: middle between the hips; head: between the upper facets of the atlas;
 ///   jaw: middle between the condyles of the mandible.
 /// Others: <side>_acromion_end (lateral end of the clavicle), <side>_medial_epicondyle and <side>_lateral_epicondyle
-/// (of the humerus), <side>_ulnar_head, <side>_radial_head, <side>_<finger>_tip, <side>_heel, <side>_orbit. eyes and
+/// (of the humerus), <side>_ulnar_head, <side>_radial_head, <side>_<finger>_tip, <side>_toe_1..5 (heads of
+/// the metatarsals) and <side>_toe_<n>_tip, <side>_heel, <side>_orbit. eyes and
 /// forearm_twist are left out. Throws Error naming a missing bone.
 BonePoints bone_points(const std::vector<AnatomyMesh>& parts);
 

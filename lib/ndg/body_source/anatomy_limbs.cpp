@@ -3,6 +3,7 @@
 
 #include "ndg/body_source/anatomy_fit.h"
 #include "ndg/core/error.h"
+#include "ndg/geometry/triangle_mesh.h"
 
 #include <algorithm>
 #include <cmath>
@@ -11,6 +12,9 @@ namespace ndg {
 namespace {
 
 using Eigen::Vector3d;
+
+/// Soft tissue in front of the last bone of a toe, m.
+constexpr double toe_pulp = 0.004;
 
 /// Rotation of `rotation` about `axis` alone (swing-twist decomposition), radians.
 double twist_angle(const Eigen::Matrix3d& rotation, const Vector3d& axis)
@@ -65,6 +69,8 @@ private:
 
     void fit_leg();
     Eigen::Affine3d fit_foot() const;
+    void fit_toes();
+    std::vector<Vector3d> toe_tips(const Vector3d& forward, const Vector3d& outward) const;
     void fit_arm();
     void fit_forearm(const Vector3d& flexion_axis, const Vector3d& source_flexion_axis);
     void fit_hand(const Eigen::Matrix3d& hand_rotation);
@@ -156,6 +162,60 @@ void LimbFit::fit_leg()
     set("thigh", bone(source("thigh"), source("shin"), hip, joint("shin"), upright));
     set("shin", bone(source("shin"), source("foot"), joint("shin"), ankle, upright));
     set("foot", foot);
+    fit_toes();
+}
+
+std::vector<Vector3d> LimbFit::toe_tips(const Vector3d& forward, const Vector3d& outward) const
+{
+    const Eigen::VectorXd weight = target_.region_weight({side_ + "_toes"});
+    const Eigen::VectorXd along = target_.vertices * forward;
+    const auto neighbours = vertex_neighbours(target_.triangles, int(target_.vertices.rows()));
+    std::vector<Vector3d> tips;
+    for (Eigen::Index v = 0; v < weight.size(); ++v) {
+        if (weight[v] < 0.5) continue;
+        // Foremost of everything within two edges.
+        bool foremost = true;
+        for (const int a : neighbours[std::size_t(v)])
+            for (const int b : neighbours[std::size_t(a)])
+                foremost = foremost && along[a] <= along[v] && along[b] <= along[v];
+        if (foremost) tips.emplace_back(target_.vertices.row(v).transpose());
+    }
+    // The bulge of a nail can have a tip of its own: of tips closer than half a toe's breadth the foremost one stays.
+    std::sort(tips.begin(), tips.end(),
+              [&](const Vector3d& a, const Vector3d& b) { return a.dot(forward) > b.dot(forward); });
+    constexpr double half_toe = 0.007;
+    std::vector<Vector3d> apart;
+    for (const Vector3d& tip : tips) {
+        const bool near = std::any_of(apart.begin(), apart.end(), [&](const Vector3d& other) {
+            return std::abs((tip - other).dot(outward)) < half_toe;
+        });
+        if (!near && apart.size() < 5) apart.push_back(tip);
+    }
+    std::sort(apart.begin(), apart.end(),
+              [&](const Vector3d& a, const Vector3d& b) { return a.dot(outward) < b.dot(outward); });
+    return apart;
+}
+
+void LimbFit::fit_toes()
+{
+    Vector3d forward = joint("toes") - joint("foot");
+    forward[1] = 0;
+    forward.normalize();
+    const Vector3d outward = lateral_ * Vector3d::UnitY().cross(forward);
+    const std::vector<Vector3d> tips = toe_tips(forward, outward);
+    const Eigen::Affine3d& foot = get("foot");
+    for (std::size_t k = 0; k < 5; ++k) {
+        const std::string name = "toe_" + std::to_string(k + 1);
+        if (tips.size() < 5) {  // a skin without toes of its own
+            set(name, foot);
+            continue;
+        }
+        const Vector3d start = foot * source(name), tip = tips[k] - toe_pulp * (tips[k] - start).normalized();
+        const double length = (source(name + "_tip") - source(name)).norm();
+        const double across = std::min(transverse_scale(length, (tip - start).norm()), stature_scale_);
+        set(name,
+            bone_transform(source(name), source(name + "_tip"), start, tip, rotation_part(foot.linear()), across));
+    }
 }
 
 void LimbFit::fit_arm()
@@ -174,12 +234,14 @@ void LimbFit::fit_arm()
 
     const auto elevation = [](const Vector3d& arm) { return std::acos(std::clamp(-arm.normalized()[1], -1.0, 1.0)); };
     const double upward = std::max(0.0, elevation(upper) - elevation(source_upper)) / 3.0;
-    // Seen from the shoulder the blade lies where the ribs have gone.
+    // Seen from the shoulder the blade lies where the ribs have gone, on the muscles between, which are not pressed.
+    const Vector3d off_ribs(0.0, 0.0, -0.006);
     Vector3d blade = Vector3d::Zero();
     for (const AnatomyMesh& part : parts_)
         if (part.side == side_ && part.name.find("scapula") != std::string::npos && part.layer == "bone")
             blade = part.vertices.colwise().mean().transpose();
-    const Eigen::Matrix3d on_ribs = swing(blade - source("upper_arm"), trunk_.trunk(blade) - joint("upper_arm"));
+    const Eigen::Matrix3d on_ribs =
+        swing(blade - source("upper_arm"), trunk_.trunk(blade) + off_ribs - joint("upper_arm"));
     Eigen::Affine3d scapula;
     scapula.linear() =
         stature_scale_ * Eigen::AngleAxisd(lateral_ * upward, Vector3d::UnitZ()).toRotationMatrix() * on_ribs;

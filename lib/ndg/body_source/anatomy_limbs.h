@@ -11,7 +11,8 @@
 namespace ndg {
 
 /// One affine map for every group of limb bones that moves as one, by name: <side>_ clavicle, scapula, upper_arm, ulna,
-/// radius, carpus, thigh, shin, foot, and for each finger <finger>_0 (metacarpal) to <finger>_3 (the thumb to _2).
+/// radius, carpus, thigh, shin, foot, toe_1..5, and for each finger <finger>_0 (metacarpal) to <finger>_3 (the thumb to
+/// _2).
 /// - Long bones go from joint centre to joint centre, scaled along by the ratio of the lengths, across by the mean of
 ///   that and the stature's.
 /// - The humerus is turned about itself so that the elbow's axis (through the epicondyles) is square to the plane of
@@ -21,7 +22,9 @@ namespace ndg {
 /// direction
 ///   where the trunk's map takes it, on the ribs, and then upward by the scapula's share of the arm's elevation, a
 ///   third (Inman et al. 1944).
-/// - The foot is fitted to the sole, heel, toes and sides of the target's foot.
+/// - The foot is fitted to the sole, heel, toes and sides of the target's foot, each toe to the tip of its own: the
+/// five
+///   foremost bulges of the skin.
 std::map<std::string, Eigen::Affine3d> limb_transforms(const std::vector<AnatomyMesh>& parts, const BonePoints& points,
                                                        const TrunkMap& trunk, const AnatomyTarget& target);
 

@@ -99,7 +99,10 @@ BoneGroup limb_group(const std::string& name, const std::string& side)
     const auto on_side = [&](const char* group, const char* joint) {
         return BoneGroup{side + "_" + group, side + "_" + joint};
     };
-    if (contains(name, "toe") || contains(name, "sesamoid")) return on_side("foot", "toes");
+    if (contains(name, "sesamoid")) return on_side("foot", "toes");
+    const std::array<const char*, 5> toes = {"big toe", "second toe", "third toe", "fourth toe", "little toe"};
+    for (std::size_t k = 0; k < toes.size(); ++k)
+        if (contains(name, toes[k])) return {side + "_toe_" + std::to_string(k + 1), side + "_toes"};
     if (contains_any(name, {"metatarsal", "calcaneus", "talus", "navicular", "cuboid", "cuneiform"}))
         return on_side("foot", "foot");
     if (contains_any(name, {"metacarpal", "phalanx"})) return hand_group(name, side);

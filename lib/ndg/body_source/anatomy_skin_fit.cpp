@@ -20,8 +20,8 @@ struct RegionFat {
 };
 constexpr std::array<RegionFat, 12> region_fat = {{{"pelvis", 0.016, 0.022, 0.010},
                                                    {"spine", 0.009, 0.012, 0.006},
-                                                   {"neck", 0.005, 0.006, 0.006},
-                                                   {"clavicle", 0.007, 0.009, 0.008},
+                                                   {"neck", 0.005, 0.006, 0.003},
+                                                   {"clavicle", 0.007, 0.009, 0.002},
                                                    {"upper_arm", 0.006, 0.009, 0.020},
                                                    {"forearm", 0.004, 0.006, 0.015},
                                                    {"thigh", 0.009, 0.014, 0.022},
@@ -36,7 +36,7 @@ constexpr double kept_fat = 0.6;
 /// Share of a gap that muscles are drawn out by in one round.
 constexpr double pull_share = 0.6;
 constexpr std::array<double, 5> spacings = {0.048, 0.040, 0.032, 0.024, 0.020};
-constexpr double push_weight = 1.0, pull_weight = 0.4, bone_weight = 0.15, muscle_weight = 0.01;
+constexpr double push_weight = 1.0, pull_weight = 0.4, bone_weight = 0.3, muscle_weight = 0.01;
 
 const RegionFat& fat_of_joint(std::string joint)
 {
