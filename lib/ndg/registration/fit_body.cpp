@@ -103,12 +103,14 @@ ScanLandmarks read_scan_landmarks(const std::string& path)
     return landmarks;
 }
 
-BodyFitter::BodyFitter(const Template& body_template, const FitOptions& options)
+BodyFitter::BodyFitter(const Template& body_template, const FitOptions& options,
+                       const std::vector<JointExample>& examples)
     : template_(body_template),
       options_(options),
       model_({body_template.rest.skin_vertices, body_template.skin_triangles, body_template.skin_weights,
               body_template.rest.joint_positions}),
-      stiffness_(stiffness_weights(model_.skin(), options.armpit_factor, options.armpit_radius))
+      stiffness_(stiffness_weights(model_.skin(), options.armpit_factor, options.armpit_radius)),
+      regressor_(model_.skin().vertices, model_.skin().weights, model_.skin().joint_positions, examples)
 {
 }
 
@@ -175,11 +177,10 @@ FittedBody BodyFitter::fit(const std::string& name, const ScanPoints& scan, cons
 
     FittedBody result;
     result.pose = model_.pose(parameters);
-    const JointRegressor regressor(skin.vertices, skin.weights, skin.joint_positions);
     Points joints = model_.rest_joints(parameters), rest;
     for (int round = 0; round < joint_rounds; ++round) {
         rest = unpose(registered, skin.weights, forward_kinematics(standard_skeleton(), joints, result.pose));
-        if (round + 1 < joint_rounds) joints = regressor.joints(rest);
+        if (round + 1 < joint_rounds) joints = regressor_.joints(rest);
     }
     // Feet on the floor, pelvis where the template has it.
     Eigen::RowVector3d shift = skin.joint_positions.row(0) - joints.row(0);

@@ -3,6 +3,7 @@
 
 #include "ndg/body/template.h"
 #include "ndg/registration/nonrigid_fit.h"
+#include "ndg/registration/rest_pose.h"
 #include "ndg/registration/scan.h"
 
 #include <string>
@@ -62,7 +63,10 @@ ScanLandmarks read_scan_landmarks(const std::string& path);
 /// landmarks that the template does not have. A fit that misses the quality gate is returned with its defects.
 class BodyFitter {
 public:
-    BodyFitter(const Template& body_template, const FitOptions& options);
+    /// `examples`: skins of the template's tessellation and pose with known joints, from which joints are learned; may
+    /// be empty. The template must outlive the fitter.
+    BodyFitter(const Template& body_template, const FitOptions& options,
+               const std::vector<JointExample>& examples = {});
     FittedBody fit(const std::string& name, const ScanPoints& scan, const ScanLandmarks& landmarks = {}) const;
 
 private:
@@ -70,6 +74,7 @@ private:
     FitOptions options_;
     ArticulatedModel model_;
     Eigen::VectorXd stiffness_;
+    JointRegressor regressor_;
 };
 
 }  // namespace ndg

@@ -152,7 +152,14 @@ std::string report_json(const FitReport& r)
                           {"worst_triangles", r.worst_triangles},
                           {"seconds", r.seconds},
                           {"defects", r.defects}}
-        .dump();
+        .dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
+std::string failure_json(const std::string& file, const std::string& failure)
+{
+    // File names need not be UTF-8.
+    return nlohmann::json{{"file", file}, {"failure", failure}}.dump(-1, ' ', false,
+                                                                     nlohmann::json::error_handler_t::replace);
 }
 
 }  // namespace ndg

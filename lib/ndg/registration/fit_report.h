@@ -16,5 +16,7 @@ void measure_fit(const Eigen::Ref<const Points>& posed_skin, const Eigen::Ref<co
 /// One line of figures for people, and the whole report as a JSON object.
 std::string report_line(const FitReport& report);
 std::string report_json(const FitReport& report);
+/// The JSON object of a scan without a fit.
+std::string failure_json(const std::string& file, const std::string& failure);
 
 }  // namespace ndg

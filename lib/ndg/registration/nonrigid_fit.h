@@ -8,13 +8,13 @@
 namespace ndg {
 
 struct NonrigidFitOptions {
-    int iterations = 24;
+    int iterations = 12;
     /// Wavelength of displacements at which data and regulariser balance, m: first and last iteration, geometric in
     /// between. The weight of the regulariser is (wavelength / 2 pi)^4.
     double first_wavelength = 0.60, last_wavelength = 0.06;
     double first_reach = 0.03, last_reach = 0.006;  ///< of the robust weights, m
-    double tangential = 0.02;  ///< weight of staying where the last iteration left a vertex, against distances' 1
-    int scan_samples = 30000;  ///< scan points matched to the surface
+    double tangential = 0.002;  ///< weight of staying where the last iteration left a vertex, against distances' 1
+    int scan_samples = 30000;   ///< scan points matched to the surface
 };
 
 /// How stiff the surface is, relative to ordinary skin, for each vertex: `armpit_factor` (1e4 in NDG 4.1) within

@@ -11,9 +11,44 @@
 namespace ndg {
 namespace {
 
-/// Vertices this far from the joint matter e times less, as a share of the nearest one's distance.
-constexpr double ring_width = 0.6;
-constexpr int min_ring_vertices = 6;
+/// A joint is a combination of at most that many vertices...
+constexpr int max_ring_vertices = 150;
+/// ...within this radius, m, or this many times the distance of the nearest.
+constexpr double ring_radius = 0.12, ring_factor = 1.8;
+constexpr std::size_t min_ring_vertices = 20;
+/// Weight of small coefficients against errors at the joint, m^2: coefficients of norm one answer to errors of the skin
+/// as large as the fit's own, some mm.
+constexpr double ridge = 3e-5;
+/// The template itself counts as much as this many examples: its joints are reproduced.
+constexpr double template_weight = 100.0;
+
+/// Vertices around a joint that it or its parent moves, evenly thinned out, nearest first.
+std::vector<int> ring_of(const Eigen::Ref<const Points>& skin, const SkinningWeights& weights,
+                         const Eigen::RowVector3d& position, int joint, int parent)
+{
+    std::vector<std::pair<double, int>> near;
+    for (const double least_share : {0.05, 0.0}) {
+        near.clear();
+        for (Eigen::Index v = 0; v < skin.rows(); ++v) {
+            double share = 0.0;
+            for (int k = 0; k < max_influences; ++k) {
+                if (weights.joints(v, k) == joint || weights.joints(v, k) == parent) share += weights.weights(v, k);
+            }
+            if (share >= least_share) near.emplace_back((skin.row(v) - position).norm(), static_cast<int>(v));
+        }
+        // Joints that move no skin of their own take the skin next to them.
+        if (near.size() >= min_ring_vertices) break;
+    }
+    std::sort(near.begin(), near.end());
+    const double radius = std::max(ring_radius, ring_factor * near.front().first);
+    std::size_t count = 0;
+    while (count < near.size() && (count < min_ring_vertices || near[count].first < radius)) ++count;
+    std::vector<int> ring;
+    const double step = std::max(1.0, static_cast<double>(count) / max_ring_vertices);
+    for (double i = 0; i < static_cast<double>(count); i += step)
+        ring.push_back(near[static_cast<std::size_t>(i)].second);
+    return ring;
+}
 
 }  // namespace
 
@@ -36,65 +71,52 @@ Points unpose(const Eigen::Ref<const Points>& posed_vertices, const SkinningWeig
 }
 
 JointRegressor::JointRegressor(const Eigen::Ref<const Points>& skin_vertices, const SkinningWeights& weights,
-                               const Eigen::Ref<const Points>& joint_positions)
-    : template_skin_(skin_vertices), template_joints_(joint_positions)
+                               const Eigen::Ref<const Points>& joint_positions,
+                               const std::vector<JointExample>& examples)
 {
-    // Vertices near the joint, nearer ones more, of those that the joint or its parent moves.
     const auto& parents = standard_skeleton().parents;
     for (Eigen::Index j = 0; j < joint_positions.rows(); ++j) {
-        const int parent = parents[static_cast<std::size_t>(j)];
-        std::vector<std::pair<int, double>> ring;
-        double nearest = std::numeric_limits<double>::infinity();
-        for (Eigen::Index v = 0; v < skin_vertices.rows(); ++v) {
-            double share = 0.0;
-            for (int k = 0; k < max_influences; ++k) {
-                if (weights.joints(v, k) == j || weights.joints(v, k) == parent) share += weights.weights(v, k);
+        const std::vector<int> ring = ring_of(skin_vertices, weights, joint_positions.row(j), static_cast<int>(j),
+                                              parents[static_cast<std::size_t>(j)]);
+        // Relative to the first vertex of the ring, coefficients sum to one by themselves.
+        const auto count = static_cast<Eigen::Index>(ring.size()) - 1;
+        const auto rows_of = [&](const Eigen::Ref<const Points>& skin, const Eigen::RowVector3d& joint,
+                                 Eigen::MatrixXd& edges, Eigen::VectorXd& offset) {
+            edges.resize(3, count);
+            for (Eigen::Index i = 0; i < count; ++i) {
+                edges.col(i) = (skin.row(ring[static_cast<std::size_t>(i) + 1]) - skin.row(ring[0])).transpose();
             }
-            if (share < 0.05) continue;
-            const double distance = (skin_vertices.row(v) - joint_positions.row(j)).norm();
-            nearest = std::min(nearest, distance);
-            ring.emplace_back(static_cast<int>(v), distance);
+            offset = (joint - skin.row(ring[0])).transpose();
+        };
+        Eigen::MatrixXd edges, normal = Eigen::MatrixXd::Zero(count, count);
+        Eigen::VectorXd offset, right = Eigen::VectorXd::Zero(count);
+        rows_of(skin_vertices, joint_positions.row(j), edges, offset);
+        const double examples_weight = static_cast<double>(std::max<std::size_t>(examples.size(), 1));
+        const Eigen::VectorXd even = Eigen::VectorXd::Constant(count, 1.0 / static_cast<double>(count + 1));
+        normal += template_weight * edges.transpose() * edges;
+        right += template_weight * edges.transpose() * (offset - edges * even);
+        for (const JointExample& example : examples) {
+            rows_of(example.skin_vertices, example.joint_positions.row(j), edges, offset);
+            normal += edges.transpose() * edges;
+            right += edges.transpose() * (offset - edges * even);
         }
-        if (static_cast<int>(ring.size()) < min_ring_vertices) {
-            ring.clear();
-            for (Eigen::Index v = 0; v < skin_vertices.rows(); ++v) {
-                ring.emplace_back(static_cast<int>(v), (skin_vertices.row(v) - joint_positions.row(j)).norm());
-                nearest = std::min(nearest, ring.back().second);
-            }
+        normal.diagonal().array() += ridge * examples_weight;
+        const Eigen::VectorXd coefficients = even + normal.ldlt().solve(right);
+        std::vector<std::pair<int, double>> combination = {{ring[0], 1.0 - coefficients.sum()}};
+        for (Eigen::Index i = 0; i < count; ++i) {
+            combination.emplace_back(ring[static_cast<std::size_t>(i) + 1], coefficients[i]);
         }
-        nearest = std::max(nearest, 0.005);
-        double sum = 0.0;
-        for (auto& [vertex, value] : ring) {
-            value = std::exp(-(value - nearest) / (ring_width * nearest));
-            sum += value;
-        }
-        ring.erase(std::remove_if(ring.begin(), ring.end(), [](const auto& entry) { return entry.second < 1e-4; }),
-                   ring.end());
-        sum = 0.0;
-        for (const auto& entry : ring) sum += entry.second;
-        for (auto& entry : ring) entry.second /= sum;
-        rings_.push_back(std::move(ring));
+        combinations_.push_back(std::move(combination));
     }
 }
 
 Points JointRegressor::joints(const Eigen::Ref<const Points>& skin_vertices) const
 {
-    Points result(template_joints_.rows(), 3);
+    Points result = Points::Zero(static_cast<Eigen::Index>(combinations_.size()), 3);
     for (Eigen::Index j = 0; j < result.rows(); ++j) {
-        const auto& ring = rings_[static_cast<std::size_t>(j)];
-        Eigen::RowVector3d from = Eigen::RowVector3d::Zero(), to = Eigen::RowVector3d::Zero();
-        for (const auto& [vertex, weight] : ring) {
-            from += weight * template_skin_.row(vertex);
-            to += weight * skin_vertices.row(vertex);
+        for (const auto& [vertex, coefficient] : combinations_[static_cast<std::size_t>(j)]) {
+            result.row(j) += coefficient * skin_vertices.row(vertex);
         }
-        // Scales along the axes from the spread of the ring: the pose is the template's, so its axes are the body's.
-        Eigen::RowVector3d before = Eigen::RowVector3d::Zero(), after = Eigen::RowVector3d::Zero();
-        for (const auto& [vertex, weight] : ring) {
-            before += weight * (template_skin_.row(vertex) - from).cwiseAbs2();
-            after += weight * (template_skin_.row(vertex) - from).cwiseProduct(skin_vertices.row(vertex) - to);
-        }
-        const Eigen::RowVector3d scale = after.cwiseQuotient(before.cwiseMax(1e-12));
-        result.row(j) = to + scale.cwiseProduct(template_joints_.row(j) - from);
     }
     return result;
 }

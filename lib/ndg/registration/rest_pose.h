@@ -5,6 +5,9 @@
 #include "ndg/body/skinning.h"
 #include "ndg/core/types.h"
 
+#include <utility>
+#include <vector>
+
 namespace ndg {
 
 /// Inverse of linear blend skinning: rest positions of vertices given posed ones. Throws Error where a vertex's blended
@@ -12,18 +15,25 @@ namespace ndg {
 Points unpose(const Eigen::Ref<const Points>& posed_vertices, const SkinningWeights& weights,
               const std::vector<Eigen::Isometry3d>& world_from_rest);
 
-/// Joints of a skin as affine combinations of the skin around them: each joint keeps the place that it has in the
-/// template among the vertices whose weights it shares with its parent (or, for joints without such a seam, its own).
+/// A skin in the template's tessellation and pose whose joints are known.
+struct JointExample {
+    Points skin_vertices;    ///< N x 3
+    Points joint_positions;  ///< J x 3
+};
+
+/// Joints of a skin at rest as combinations of the skin around them, with coefficients that sum to one.
 class JointRegressor {
 public:
+    /// Coefficients from examples (joint regression as in SMPL, Loper et al. 2015): ridge regression over the template
+    /// and skins in its tessellation with known joints. Without examples the template is the only one and every joint
+    /// keeps its place in the skin around it.
     JointRegressor(const Eigen::Ref<const Points>& skin_vertices, const SkinningWeights& weights,
-                   const Eigen::Ref<const Points>& joint_positions);
-    /// J x 3 joints of a skin in the same tessellation and about the same pose.
+                   const Eigen::Ref<const Points>& joint_positions, const std::vector<JointExample>& examples = {});
+    /// J x 3 joints of a skin in the same tessellation.
     Points joints(const Eigen::Ref<const Points>& skin_vertices) const;
 
 private:
-    Points template_skin_, template_joints_;
-    std::vector<std::vector<std::pair<int, double>>> rings_;  ///< of each joint: vertices and weights, summing to one
+    std::vector<std::vector<std::pair<int, double>>> combinations_;  ///< of each joint: vertices and coefficients
 };
 
 }  // namespace ndg

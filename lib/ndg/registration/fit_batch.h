@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "ndg/body/pose_set.h"
+#include "ndg/registration/fit_body.h"
+
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace ndg {
+
+/// Every mesh or point cloud among `paths`; of folders, those directly in them, by name. Throws InputError for a folder
+/// without any and for two files whose names without extension are equal.
+std::vector<std::string> scan_files(const std::vector<std::string>& paths);
+
+/// One scan's outcome: a body, or the sentence that says why there is none.
+struct BatchEntry {
+    std::string file;
+    FittedBody fitted;
+    std::string failure;  ///< empty: fitted
+};
+
+struct BatchOptions {
+    std::string output;     ///< finished scans are kept beside it, in "OUTPUT.parts", until the batch is complete
+    std::string settings;   ///< everything the fits depend on but the scan; parts of other settings are not used
+    std::string landmarks;  ///< file of landmarks, or folder of NAME.json; empty: none
+    std::string surfaces;   ///< folder for NAME.ply, the registered skin in the scan's place; empty: none
+};
+
+/// Fits all scans, in parallel, logging a line about each. A scan that cannot be read or fitted is entered with
+/// its failure and skipped. Throws Interrupted, parts kept, once `stop` returns true. The result does not depend on
+/// threads or interruptions.
+std::vector<BatchEntry> fit_batch(const BodyFitter& fitter, const std::vector<std::string>& files,
+                                  const FitOptions& fit_options, const Eigen::Ref<const Triangles>& triangles,
+                                  const BatchOptions& options, const std::function<bool()>& stop);
+/// Removes the parts of a batch that has been written.
+void remove_parts(const BatchOptions& options);
+
+/// Skins of the entries that were fitted, with parameters sex, age_years, stature_m and fit_mean_m, and their poses.
+/// `person`: sex (0 female, 1 male) and age of a name.
+BodySet batch_skins(const std::vector<BatchEntry>& entries,
+                    const std::function<std::pair<double, double>(const std::string&)>& person);
+PoseSet batch_poses(const std::vector<BatchEntry>& entries);
+
+}  // namespace ndg

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <map>
+#include <string>
+
+namespace ndg {
+
+/// What a scan does not tell about a person.
+struct Person {
+    double sex = 0.5;  ///< 0 female, 1 male
+    double age_years = 40.0;
+};
+using People = std::map<std::string, Person>;
+
+/// JSON object {name: {"sex": number from 0 to 1, or "female" or "male", "age_years": number}, ...}. Throws InputError
+/// naming file and entry.
+People read_people(const std::string& path);
+
+}  // namespace ndg
