@@ -19,6 +19,7 @@ namespace {
 
 constexpr double mass_tolerance = 0.002;            // of the mass
 constexpr int search_rounds = 1, final_rounds = 4;  // of settling on the skin
+constexpr double girth_of_a_stage = 1.3;
 constexpr int max_girth_steps = 12;
 constexpr double min_girth = -2.5, max_girth = 9.0;
 
@@ -59,9 +60,17 @@ struct ProceduralBody::State {
     /// Left half of the skin of a layout.
     Points half_skin(const BodyLayout& to, int rounds) const
     {
+        // Fat is put on in stages, so that the skin beside the armpits follows rather than jumps.
         const int n = surface.num_half;
-        const Points carried = carry_points(layout, to, weights.topRows(n), surface.vertices.topRows(n));
-        return settle_on_skin(surface, carried, skin_field(to), rounds);
+        const int stages = std::max(1, static_cast<int>(std::ceil(to.girth() / girth_of_a_stage)));
+        Points displacement = Points::Zero(n, 3), half;
+        for (int stage = 1; stage <= stages; ++stage) {
+            const BodyLayout at(to.parameters(), to.girth() * stage / stages);
+            const Points carried = carry_points(layout, at, weights.topRows(n), surface.vertices.topRows(n));
+            half = settle_on_skin(surface, carried + displacement, skin_field(at), stage == stages ? rounds : 1);
+            displacement = half - carried;
+        }
+        return half;
     }
     SolvedPerson solve(const ProceduralParameters& parameters) const;
     ParametricSurface surface_of(const SolvedPerson& person) const;
