@@ -271,8 +271,10 @@ RemeshedSkin SymmetricRemesher::remesh(double target_edge_length, double keep_ra
 double SymmetricRemesher::edge_length_for_prisms(int num_prisms) const
 {
     require_input(num_prisms > 0, "the wanted number of prisms {} is not positive", num_prisms);
-    constexpr double tolerance = 0.01;
-    constexpr int max_attempts = 8;
+    // The number jumps by a percent or so under small changes of the length: after some attempts the best one will do.
+    constexpr double aim = 0.01, tolerance = 0.03;
+    constexpr int max_attempts = 6;
+    double best_target = 0.0, best_error = tolerance;
     // First guess: equilateral triangles of the field's size cover the area.
     const Eigen::VectorXd areas = triangle_areas(state_->half.mesh.vertices, state_->half.mesh.triangles);
     const auto expected_prisms = [&](double target) {
@@ -299,9 +301,15 @@ double SymmetricRemesher::edge_length_for_prisms(int num_prisms) const
         const RemeshResult half = state_->remesh_half(target);
         const double reached =
             4.0 * static_cast<double>(std::count(half.triangle_labels.begin(), half.triangle_labels.end(), 0));
-        if (std::abs(reached / num_prisms - 1.0) <= tolerance) return target;
+        const double error = std::abs(reached / num_prisms - 1.0);
+        if (error <= aim) return target;
+        if (error <= best_error) {
+            best_error = error;
+            best_target = target;
+        }
         wanted_of_guess *= num_prisms / reached;
     }
+    if (best_target > 0.0) return best_target;
     throw InputError(
         fmt::format("no edge length between {} and {} m gives {} prisms", shortest_target, longest_target, num_prisms));
 }

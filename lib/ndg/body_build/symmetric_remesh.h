@@ -37,8 +37,8 @@ public:
     /// planes. Deterministic.
     RemeshedSkin remesh(double target_edge_length, double keep_ratio) const;
 
-    /// Edge length that gives `num_prisms` prisms (two for each triangle of the body region) within 1 %. Throws
-    /// InputError when no edge length between 3 and 80 mm does.
+    /// Edge length that gives `num_prisms` prisms (two for each triangle of the body region) within 3 %, mostly 1 %.
+    /// Throws InputError when no edge length between 3 and 80 mm does.
     double edge_length_for_prisms(int num_prisms) const;
 
 private:
