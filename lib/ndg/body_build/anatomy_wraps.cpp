@@ -21,7 +21,7 @@ namespace {
 
 constexpr double first_repulsion = 20.0, last_repulsion = 300.0;
 constexpr int first_iterations = 100, refine_iterations = 40, max_refinements = 8;
-constexpr double max_extra_margin = 0.002;                   ///< m
+constexpr double max_extra_margin = 0.002;                    ///< m
 constexpr double max_spacing = 0.0035, min_spacing = 0.0025;  ///< m, of the envelope's grid
 
 double mean_edge(const WrapSkin& skin)
@@ -220,9 +220,11 @@ Wraps anatomy_wraps(const WrapSkin& skin, const std::vector<AnatomyMesh>& anatom
     if (!pairs.empty()) {
         const Eigen::Index t = pairs.front().first % skin.triangles.rows();
         const Eigen::RowVector3d where = skin.vertices.row(skin.triangles(t, 0));
-        throw Error(
-            fmt::format("{} pairs of triangles of the wraps intersect, the first near ({:.3f}, {:.3f}, {:.3f}) m",
-                        pairs.size(), where[0], where[1], where[2]));
+        const char* const names[] = {"bone wrap", "muscle wrap", "skin"};
+        throw Error(fmt::format(
+            "{} pairs of triangles of the wraps intersect, the first of {} and {} near ({:.3f}, {:.3f}, {:.3f}) m",
+            pairs.size(), names[pairs.front().first / skin.triangles.rows()],
+            names[pairs.front().second / skin.triangles.rows()], where[0], where[1], where[2]));
     }
     require(bone_report.percent() >= 99.9,
             "only {:.2f} % of the bones lie inside the bone wrap; {} sticks out by {:.2f} mm", bone_report.percent(),

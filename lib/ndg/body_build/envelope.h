@@ -18,7 +18,7 @@ struct EnvelopeOptions {
     double pocket_closing = 0.03;  ///< m, over the same: fills what opens to the side, as behind a shoulder blade
     double pocket_depth = 0.007;   ///< m under the skin, likewise
     double bone_dilation = 0.5, muscle_dilation = 0.25;  ///< of the spacing: a grid does not see thinner blades
-    double muscle_closing = 0.012;                       ///< m, over muscles and bones
+    double muscle_closing = 0.018;                       ///< m, over muscles and bones
     double bone_depth = 0.0034;                          ///< m under the skin: no envelope of bones comes nearer
     double muscle_depth = 0.0017;                        ///< m, likewise for muscles
     double min_thickness = 0.0008;                       ///< m between the two envelopes

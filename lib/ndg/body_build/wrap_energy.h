@@ -57,7 +57,8 @@ public:
     /// Positive definite approximation of the Hessian (squares of first derivatives, and a bound of the barriers'
     /// curvature along their columns): lower triangle, 6 N_w x 6 N_w, the pattern always the same. Unknown 6 v + c is
     /// coordinate c of vertex v of the bone wrap for c < 3, coordinate c - 3 of the muscle wrap otherwise.
-    const Eigen::SparseMatrix<double>& hessian(const WrapPair& wraps);
+    /// `ridge` / length_scale^2 on the diagonal keeps it definite where nothing acts on a vertex.
+    const Eigen::SparseMatrix<double>& hessian(const WrapPair& wraps, double ridge = 1e-3);
 
     /// Bounds for each triangle: column 0 the fat layer, column 1 the muscle layer. Scaled Jacobian and m.
     Eigen::ArrayX2d jacobian_bounds, thickness_bounds;

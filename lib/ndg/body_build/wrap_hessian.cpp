@@ -5,13 +5,6 @@
 #include <algorithm>
 
 namespace ndg {
-namespace {
-
-/// Keeps the Hessian definite where nothing acts on a vertex.
-constexpr double ridge = 1e-3;
-
-}  // namespace
-
 void WrapEnergy::prepare_pattern()
 {
     // Bending couples everything that a prism or a sample couples.
@@ -75,7 +68,7 @@ WrapEnergy::ElementHessian WrapEnergy::element_hessian(const WrapPair& wraps, Ei
     return result;
 }
 
-const Eigen::SparseMatrix<double>& WrapEnergy::hessian(const WrapPair& wraps)
+const Eigen::SparseMatrix<double>& WrapEnergy::hessian(const WrapPair& wraps, double ridge)
 {
     const Eigen::Index num_triangles = skin_.triangles.rows();
     std::vector<ElementHessian> elements(static_cast<std::size_t>(num_triangles));

@@ -19,7 +19,8 @@ constexpr double shell_thickness = 0.0035;  ///< m of both layers together where
 constexpr double muscle_share = 0.45;       ///< of the way from skin to bone wrap, while the bone wrap flows alone
 constexpr int iterations_per_factor = 5;
 constexpr double max_move = 0.015;  ///< m, of a vertex in one iteration
-constexpr double slack = 0.9;       ///< bounds rise to this share of what is reached
+constexpr double smallest_ridge = 1e-3, largest_ridge = 1e6;
+constexpr double slack = 0.9;  ///< bounds rise to this share of what is reached
 
 /// For each vertex the inward direction with the smallest largest angle to the inward normals of its triangles (the
 /// centre of their bounding cone, after Badoiu and Clarkson 2003). A thin enough shell along them is valid if any is.
@@ -159,10 +160,15 @@ int WrapOptimiser::flow(int max_iterations, double tolerance)
     int iterations = 0;
     double before = std::numeric_limits<double>::max();
     while (iterations < max_iterations) {
-        const Eigen::SparseMatrix<double>& hessian = energy_.hessian(wraps_);
-        if (!analysed_) solver_.analyze(hessian);
-        analysed_ = true;
-        if (!solver_.factorize(hessian)) throw SolverError("the Hessian of the wraps is not positive definite");
+        // Rounding can make the matrix indefinite where prisms are all but flat; a larger ridge makes up for it.
+        double ridge = smallest_ridge;
+        for (bool factorised = false; !factorised; ridge *= 100.0) {
+            if (ridge > largest_ridge) return iterations;  // nothing can move any more; the caller judges the state
+            const Eigen::SparseMatrix<double>& hessian = energy_.hessian(wraps_, ridge);
+            if (!analysed_) solver_.analyze(hessian);
+            analysed_ = true;
+            factorised = solver_.factorize(hessian);
+        }
         options.max_iterations = std::min(iterations_per_factor, max_iterations - iterations);
         const MinimiseResult result = minimise(objective, precondition, limit, options, both);
         wraps_.bone = both.topRows(count);

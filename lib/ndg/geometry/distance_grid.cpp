@@ -13,6 +13,9 @@
 namespace ndg {
 namespace {
 
+/// Spacings beside a surface within which its signed distance is computed from the triangles themselves.
+constexpr double exact_band = 3.0;
+
 /// Points in units of the grid, at most one in the cube around each node.
 struct SeedGrid {
     std::vector<int> seed_of_node;        ///< -1 for none
@@ -31,11 +34,10 @@ struct NearSurface {
     std::vector<NearPoint> entries;
 };
 
-/// The closest point of the triangles for the nodes at most 1.5 spacings away from one (in each coordinate).
+/// The closest point of the triangles for the nodes at most `band` spacings away from one (in each coordinate).
 NearSurface rasterise(const GridBox& box, const Eigen::Ref<const Points>& vertices,
-                      const Eigen::Ref<const Triangles>& triangles)
+                      const Eigen::Ref<const Triangles>& triangles, double band)
 {
-    constexpr double band = 1.5;
     constexpr int slab_height = 16;
     const Points normals = vertex_normals(vertices, triangles);
     const Points scaled = (vertices.rowwise() - box.origin.transpose()) / box.spacing;
@@ -176,7 +178,36 @@ private:
     std::vector<double> from_;
 };
 
-/// Replaces the seed of every node by the nearest one of the whole grid, exactly.
+/// Every node takes the nearest of its own seed and its neighbours'.
+void compare_with_neighbours(const GridBox& box, SeedGrid& seeds)
+{
+    const std::vector<int> before = seeds.seed_of_node;
+    const Eigen::Index dy = box.size[0], dz = dy * box.size[1];
+    for_each_node(box, [&](int i, int j, int k, std::size_t n) {
+        const Eigen::Vector3f node(i, j, k);
+        int best = before[n];
+        float nearest = (seeds.points[static_cast<std::size_t>(best)] - node).squaredNorm();
+        const auto compare = [&](bool exists, Eigen::Index step) {
+            if (!exists) return;
+            const int other = before[static_cast<std::size_t>(static_cast<Eigen::Index>(n) + step)];
+            if (other == best) return;
+            const float distance = (seeds.points[static_cast<std::size_t>(other)] - node).squaredNorm();
+            if (distance >= nearest) return;
+            nearest = distance;
+            best = other;
+        };
+        compare(i > 0, -1);
+        compare(i + 1 < box.size[0], 1);
+        compare(j > 0, -dy);
+        compare(j + 1 < box.size[1], dy);
+        compare(k > 0, -dz);
+        compare(k + 1 < box.size[2], dz);
+        seeds.seed_of_node[n] = best;
+    });
+}
+
+/// Replaces the seed of every node by the nearest one of the whole grid. One axis after the other is exact for
+/// seeds on the nodes; ours lie beside them, so that a line may have been given the wrong one of two neighbours.
 void find_nearest_seeds(const GridBox& box, SeedGrid& seeds)
 {
     auto& nodes = seeds.seed_of_node;
@@ -224,6 +255,7 @@ void find_nearest_seeds(const GridBox& box, SeedGrid& seeds)
             }
         }
     }
+    for (int round = 0; round < 2; ++round) compare_with_neighbours(box, seeds);
 }
 
 float seed_distance(const SeedGrid& seeds, std::size_t n, int i, int j, int k)
@@ -349,7 +381,7 @@ double ScalarGrid::at(const Eigen::Vector3d& point, Eigen::Vector3d* gradient) c
 ScalarGrid signed_distance_grid(const GridBox& box, const Eigen::Ref<const Points>& vertices,
                                 const Eigen::Ref<const Triangles>& triangles)
 {
-    const NearSurface near = rasterise(box, vertices, triangles);
+    const NearSurface near = rasterise(box, vertices, triangles, exact_band);
     SeedGrid seeds = seeds_of(box, near);
     find_nearest_seeds(box, seeds);
     ScalarGrid result{box, std::vector<float>(near.entry_of_node.size())};
@@ -378,7 +410,7 @@ ScalarGrid closing_grid(const GridBox& box, const Eigen::Ref<const Points>& vert
     SeedGrid level;
     std::vector<std::uint8_t> reached;
     {
-        SeedGrid surface = seeds_of(box, rasterise(box, vertices, triangles));
+        SeedGrid surface = seeds_of(box, rasterise(box, vertices, triangles, 0.5));
         find_nearest_seeds(box, surface);
         result.values.resize(surface.seed_of_node.size());
         for_each_node(
