@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <utility>
 
@@ -142,16 +143,12 @@ private:
         return DynamicMesh::min_angle(mesh_.position(corners[0]), mesh_.position(corners[1]),
                                       mesh_.position(corners[2]));
     }
-    double star_agreement(int v) const
+    /// Least agreement and least angle of the triangles of a vertex.
+    double star_agreement(int v) const { return star_least(v, 1.0, &Remesher::agreement); }
+    double star_angle(int v) const { return star_least(v, M_PI, &Remesher::angle); }
+    double star_least(int v, double least, double (Remesher::*measure)(const std::array<int, 3>&) const) const
     {
-        double least = 1.0;
-        for (const int t : mesh_.triangles_of(v)) least = std::min(least, agreement(mesh_.triangle(t)));
-        return least;
-    }
-    double star_angle(int v) const
-    {
-        double least = M_PI;
-        for (const int t : mesh_.triangles_of(v)) least = std::min(least, angle(mesh_.triangle(t)));
+        for (const int t : mesh_.triangles_of(v)) least = std::min(least, (this->*measure)(mesh_.triangle(t)));
         return least;
     }
 
@@ -231,16 +228,14 @@ private:
     int valence_excess(int v, int change) const
     {
         // The boundary sees half a neighbourhood.
-        const auto& around = mesh_.triangles_of(v);
-        const auto count = static_cast<int>(around.size());
+        const auto count = static_cast<int>(mesh_.triangles_of(v).size());
         const bool boundary = static_cast<int>(mesh_.neighbours(v).size()) != count;
         return std::abs(count + change - (boundary ? 3 : 6));
     }
 
     bool flip_is_sound(int a, int b, int c, int d) const
     {
-        const std::array<int, 3> first{a, d, c}, second{d, b, c};
-        const double after = std::min(agreement(first), agreement(second));
+        const double after = std::min(agreement({a, d, c}), agreement({d, b, c}));
         const double before = std::min(agreement({a, b, c}), agreement({b, a, d}));
         return after >= std::min(least_agreement, before);
     }
@@ -307,8 +302,7 @@ private:
             if (!movable(v, feature)) continue;
             Eigen::Vector3d goal = Eigen::Vector3d::Zero();
             double total = 0.0;
-            if (feature.empty()) {
-                // Centroids of the triangles by area, counted in triangles of the wanted size.
+            if (feature.empty()) {  // centroids of the triangles by area, counted in triangles of the wanted size
                 for (const int t : mesh_.triangles_of(v)) {
                     const auto& [a, b, c] = mesh_.triangle(t);
                     const Eigen::Vector3d &pa = mesh_.position(a), &pb = mesh_.position(b), &pc = mesh_.position(c);
@@ -372,7 +366,7 @@ private:
             for (const int t : both)
                 if (t >= 0) least = std::min(least, angle(mesh_.triangle(t)));
             if (least > 0.45 || length(a, b) > 0.75 * wanted(a, b)) continue;
-            if (!try_collapse(b, a)) try_collapse(a, b);
+            (void)(try_collapse(b, a) || try_collapse(a, b));
         }
     }
 
