@@ -18,10 +18,10 @@ const char* const procedural_licence = "Body: procedural source of this project 
 namespace {
 
 constexpr double mass_tolerance = 0.002;            // of the mass
-constexpr int search_rounds = 1, final_rounds = 4;  // of settling on the skin
-constexpr double girth_of_a_stage = 1.3;
+constexpr int search_rounds = 1, final_rounds = 5;  // of settling on the skin
+constexpr double girth_of_a_stage = 0.9;
 constexpr int max_girth_steps = 12;
-constexpr double min_girth = -2.5, max_girth = 9.0;
+constexpr double min_girth = -4.0, max_girth = 9.0;
 
 }  // namespace
 

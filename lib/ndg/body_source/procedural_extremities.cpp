@@ -85,14 +85,14 @@ void add_head(Field& field, const BodyLayout& layout)
     // Eyeballs, then the lids around them.
     field.begin_group(0.0020 * u, Field::Side::mirrored, skin_head);
     field.add(Ellipsoid{at(0.0315, 1.5875, 0.0685), radii(0.0125, 0.0125, 0.0128)}, 0.004 * u);
-    field.begin_group(0.0045 * u, Field::Side::mirrored, skin_head);
-    const std::array<Eigen::Vector3d, 4> upper = {at(0.0185, 1.5860, 0.0765), at(0.0270, 1.5930, 0.0812),
-                                                  at(0.0370, 1.5930, 0.0793), at(0.0455, 1.5865, 0.0705)};
-    const std::array<Eigen::Vector3d, 4> lower = {at(0.0185, 1.5850, 0.0750), at(0.0270, 1.5815, 0.0788),
-                                                  at(0.0370, 1.5815, 0.0772), at(0.0455, 1.5855, 0.0705)};
+    field.begin_group(0.0060 * u, Field::Side::mirrored, skin_head);
+    const std::array<Eigen::Vector3d, 4> upper = {at(0.0185, 1.5860, 0.0745), at(0.0270, 1.5930, 0.0795),
+                                                  at(0.0370, 1.5930, 0.0775), at(0.0445, 1.5865, 0.0660)};
+    const std::array<Eigen::Vector3d, 4> lower = {at(0.0185, 1.5850, 0.0735), at(0.0270, 1.5815, 0.0770),
+                                                  at(0.0370, 1.5815, 0.0755), at(0.0445, 1.5855, 0.0660)};
     for (std::size_t i = 0; i + 1 < upper.size(); ++i) {
-        field.add(Capsule{upper[i], upper[i + 1], 0.0030 * u, 0.0030 * u}, 0.002 * u);
-        field.add(Capsule{lower[i], lower[i + 1], 0.0024 * u, 0.0024 * u}, 0.002 * u);
+        field.add(Capsule{upper[i], upper[i + 1], 0.0036 * u, 0.0036 * u}, 0.002 * u);
+        field.add(Capsule{lower[i], lower[i + 1], 0.0032 * u, 0.0032 * u}, 0.002 * u);
     }
 
     // Ears: shell with a hollow, lobe.
@@ -139,8 +139,8 @@ void add_foot(Field& field, const BodyLayout& layout)
     field.add(foot, 0.02 * u);
     field.add(Ellipsoid{at(-0.042, 0.0, 0.030), u * Eigen::Vector3d(0.027, 0.029, 0.026)}, 0.02 * u);
     // Toes: start, lateral place, length, radius.
-    const std::array<std::array<double, 5>, 5> toes = {{{0.132, -0.0270, 0.052, 0.0135, 0.0118},
-                                                        {0.136, -0.0035, 0.047, 0.0098, 0.0086},
+    const std::array<std::array<double, 5>, 5> toes = {{{0.132, -0.0290, 0.052, 0.0130, 0.0116},
+                                                        {0.136, -0.0018, 0.047, 0.0098, 0.0086},
                                                         {0.132, 0.0125, 0.042, 0.0092, 0.0081},
                                                         {0.125, 0.0270, 0.037, 0.0087, 0.0077},
                                                         {0.115, 0.0395, 0.032, 0.0082, 0.0073}}};

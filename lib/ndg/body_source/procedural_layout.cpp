@@ -120,7 +120,7 @@ void BodyLayout::place_arm()
     // Biacromial breadth 36.5 to 41.6 cm; the centre of the shoulder lies about 3.5 cm inside the acromion.
     const double shoulder_x = by_sex(0.158, 0.181) * parameters_.shoulder_breadth;
     const Eigen::Vector3d shoulder = place(shoulder_x, 1.367, -0.024);
-    const double angle = (43.0 + 2.6 * std::clamp(girth_, 0.0, 3.5)) * degree;  // arms stand off a thicker trunk
+    const double angle = (43.0 + 3.4 * std::clamp(girth_, 0.0, 3.5)) * degree;  // arms stand off a thicker trunk
     arm_axis_ = Eigen::Vector3d(std::sin(angle), -std::cos(angle), 0.0);
     arm_up_ = Eigen::Vector3d(std::cos(angle), std::sin(angle), 0.0);
     const double upper = 0.168 * board_stature * unit_ * parameters_.arm_length;

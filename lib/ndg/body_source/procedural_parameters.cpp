@@ -47,7 +47,7 @@ ProceduralParameters sample_procedural_parameters(std::uint64_t seed, int body_i
     // Log-normal with the published mean and a coefficient of variation of about a fifth (men) and a quarter (women).
     const double log_deviation = male ? 0.20 : 0.25;
     const double log_mean = std::log(male ? 29.4 : 29.7) - 0.5 * log_deviation * log_deviation;
-    const double bmi = std::clamp(std::exp(log_mean + log_deviation * random.normal()), 17.0, 45.0);
+    const double bmi = std::clamp(std::exp(log_mean + log_deviation * random.normal()), 17.0, 44.999);
     p.mass_kg = bmi * p.stature_m * p.stature_m;
     p.muscularity = normal(male ? 0.52 : 0.42, 0.15, 0.05, 0.95);
     p.arm_length = normal(1.0, 0.025, 0.92, 1.08);

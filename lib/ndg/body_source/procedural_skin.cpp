@@ -21,7 +21,8 @@ struct Size {
         const double girth = layout.girth();
         // Leanness takes more evenly than fat is added: where much can come, there is not as much to go.
         const double fat_amount = girth > 0.0 ? fat * girth : 0.6 * std::sqrt(fat) * girth;
-        const double cm = layout.by_sex(female, male) + fat_amount + muscle * layout.muscle();
+        const double cm = layout.by_sex(female, male) + fat_amount +
+                          muscle * (layout.muscle() + std::min(0.0, 0.4 * girth));  // the lean have less muscle too
         return std::max(cm, 0.55 * layout.by_sex(female, male)) * centimetre * layout.unit();
     }
 };
@@ -39,8 +40,8 @@ const std::initializer_list<TrunkRow> trunk_rows = {
     {0.945, -0.012, {16.0, 15.4, 1.40, 0.2}, {9.4, 9.6, 1.7, 0.1}, {9.4, 9.0, 1.0, 0.3}},
     {1.005, -0.012, {14.0, 14.2, 1.60, 0.2}, {9.8, 10.0, 2.3, 0.1}, {7.4, 7.8, 1.0, 0.2}},
     {1.065, -0.012, {12.2, 13.3, 1.75, 0.3}, {9.6, 10.2, 2.5, 0.1}, {6.8, 7.6, 1.1, 0.3}},
-    {1.130, -0.014, {12.3, 13.8, 1.60, 0.3}, {9.8, 10.8, 2.1, 0.2}, {7.6, 8.4, 1.0, 0.4}},
-    {1.200, -0.018, {13.1, 15.0, 1.25, 0.5}, {10.4, 11.9, 1.4, 0.3}, {8.8, 9.6, 0.9, 0.5}},
+    {1.130, -0.014, {12.3, 13.8, 1.40, 0.3}, {9.8, 10.8, 2.1, 0.2}, {7.6, 8.4, 1.0, 0.4}},
+    {1.200, -0.018, {13.1, 15.0, 1.00, 0.5}, {10.4, 11.9, 1.4, 0.3}, {8.8, 9.6, 0.9, 0.5}},
     {1.265, -0.024, {13.8, 16.0, 0.85, 0.8}, {10.4, 12.4, 0.9, 0.5}, {9.6, 10.4, 0.9, 0.6}},
     {1.325, -0.030, {13.7, 15.8, 0.60, 0.8}, {9.0, 10.8, 0.6, 0.5}, {9.2, 10.0, 0.8, 0.6}},
     {1.375, -0.034, {11.6, 13.4, 0.60, 0.6}, {6.8, 8.0, 0.4, 0.3}, {7.8, 8.6, 0.7, 0.5}},
@@ -160,7 +161,7 @@ void add_trunk(Field& field, const BodyLayout& layout)
     buttock.centre.z() = -size(layout, {7.0, 6.4, 0.45, 0.4});
     buttock.radii = {size(layout, {7.2, 6.8, 0.7, 0.4}), size(layout, {7.8, 7.6, 0.7, 0.4}),
                      size(layout, {6.6, 6.3, 0.75, 0.6})};
-    field.add(buttock, 0.014 * u);
+    field.add(buttock, (0.014 + 0.009 * std::clamp(layout.girth(), 0.0, 4.0)) * u);
 }
 
 void add_neck(Field& field, const BodyLayout& layout)

@@ -14,7 +14,7 @@ namespace {
 
 constexpr int newton_steps = 12;
 constexpr int meshing_rounds = 4;
-constexpr int smoothing_steps = 6;
+constexpr int smoothing_steps = 16;
 
 /// Planes from the first to the last knot; knot i: spacing from its place to the next one's.
 std::vector<double> graded_axis(const std::vector<std::pair<double, double>>& knots)
