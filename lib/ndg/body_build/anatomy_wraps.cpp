@@ -19,7 +19,7 @@
 namespace ndg {
 namespace {
 
-constexpr double first_repulsion = 20.0, last_repulsion = 300.0;
+constexpr double first_repulsion = 100.0, last_repulsion = 300.0;
 constexpr int first_iterations = 100, refine_iterations = 40, max_refinements = 8;
 constexpr double max_extra_margin = 0.002;                    ///< m
 constexpr double max_spacing = 0.0035, min_spacing = 0.0025;  ///< m, of the envelope's grid
