@@ -16,7 +16,7 @@ namespace {
 
 /// Spacings of the grids, m, and rounds on each.
 constexpr std::array<double, 3> spacings = {0.032, 0.016, 0.008};
-constexpr int rounds = 3;
+constexpr std::array<int, 3> rounds = {3, 3, 1};
 /// Vertices with enough cover hold still with this weight against one for those without.
 constexpr double still_weight = 0.03;
 /// Asked for beyond the cover, so that smoothing does not leave most vertices just short of it.
@@ -125,8 +125,9 @@ private:
 void push_smoothly(PointSet& points, DepthTable& table)
 {
     const Eigen::Index count = points.positions.rows();
-    for (const double spacing : spacings) {
-        for (int round = 0; round < rounds; ++round) {
+    for (std::size_t level = 0; level < spacings.size(); ++level) {
+        const double spacing = spacings[level];
+        for (int round = 0; round < rounds[level]; ++round) {
             table.update(0.5 * spacing);
             Points displacements = Points::Zero(count, 3);
             Eigen::VectorXd weights = Eigen::VectorXd::Constant(count, still_weight);

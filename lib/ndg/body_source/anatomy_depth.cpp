@@ -156,7 +156,9 @@ double SkinDepth::room_at(const Result& nearest, double reach, bool hollow) cons
 
 double SkinDepth::cover_at(const Result& nearest, double cover, bool hollow) const
 {
-    return std::clamp(0.4 * room_at(nearest, 2.5 * cover, hollow), 0.2 * cover, cover);
+    const double reach = 2.5 * cover, room = room_at(nearest, reach, hollow);
+    // On a facetted skin depth grows a little slower than the way.
+    return room > 0.95 * reach ? cover : std::clamp(0.4 * room, 0.2 * cover, cover);
 }
 
 }  // namespace ndg
