@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Wraps around anatomy: barriers, energy and minimiser by themselves, then a small trunk with bones and a muscle.
+// Wraps around anatomy: envelopes and energy by themselves, then a small trunk with bones and a muscle.
 #include "ndg/body/skeleton.h"
 #include "ndg/body_build/anatomy_wraps.h"
 #include "ndg/body_build/bone_interior.h"
-#include "ndg/body_build/minimise.h"
-#include "ndg/body_build/prism_barrier.h"
-#include "ndg/body_build/wrap_energy.h"
+#include "ndg/body_build/envelope.h"
+#include "ndg/body_build/wrap_optimiser.h"
 #include "ndg/core/error.h"
 #include "ndg/geometry/closest_point.h"
 #include "ndg/geometry/prism.h"
@@ -13,12 +12,10 @@
 #include "ndg/geometry/triangle_mesh.h"
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 
 #include <catch2/catch.hpp>
 
 #include <cmath>
-#include <limits>
 #include <random>
 
 using namespace ndg;
@@ -88,19 +85,6 @@ AnatomyMesh capsule(const char* name, const char* layer, const Eigen::Vector3d& 
     return mesh;
 }
 
-PrismVertices skewed_prism()
-{
-    PrismVertices prism;
-    prism << 0.010, 0.001, 0.011, 0.001, 0.012, 0.010, 0.0, 0.0, 0.0102,  //
-        0.0085, 0.002, 0.0095, 0.0005, 0.0095, 0.0088, 0.002, 0.0015, 0.0091;
-    return prism;
-}
-
-BarrierBounds active_bounds()
-{
-    return {0.02, 0.9, 0.0004, 0.004, 1e-5, 3e-4};
-}
-
 /// Largest difference between a gradient and central differences, relative to the largest entry.
 template <typename Energy>
 double gradient_error(const Energy& energy, const Eigen::MatrixXd& at, const Eigen::MatrixXd& gradient, double step)
@@ -145,76 +129,6 @@ WrapPair shaken_wraps(const WrapSkin& skin)
 }
 
 }  // namespace
-
-TEST_CASE("wraps: a prism's quality is the element's own scaled Jacobian and its height")
-{
-    const PrismVertices prism = skewed_prism();
-    CHECK(prism_quality(prism)[0] == Approx(prism_min_scaled_jacobian(prism)).epsilon(1e-12));
-    PrismVertices right;
-    right << 0, 0, 0.003, 0.01, 0, 0.003, 0, 0.02, 0.003, 0, 0, 0, 0.01, 0, 0, 0, 0.02, 0;
-    CHECK(prism_quality(right)[1] == Approx(0.003));
-    CHECK(prism_quality(right)[2] == Approx(0.01 * 0.02));
-    CHECK(prism_quality(right)[0] == Approx(prism_min_scaled_jacobian(right)).epsilon(1e-12));
-}
-
-TEST_CASE("wraps: the barrier's gradient, its definite Hessian, and where it is infinite")
-{
-    const PrismVertices prism = skewed_prism();
-    PrismVertices gradient = PrismVertices::Zero();
-    Eigen::Matrix<double, 18, 18> hessian = Eigen::Matrix<double, 18, 18>::Zero();
-    const double value = prism_barrier(prism, active_bounds(), &gradient, &hessian);
-    REQUIRE(value > 0.0);
-    const auto energy = [](const Eigen::MatrixXd& at) {
-        return prism_barrier(PrismVertices(at), active_bounds(), nullptr, nullptr);
-    };
-    CHECK(gradient_error(energy, prism, gradient, 1e-8) < 1e-5);
-    CHECK((hessian - hessian.transpose()).norm() < 1e-9 * hessian.norm());
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 18, 18>> spectrum(hessian);
-    CHECK(spectrum.eigenvalues()[0] > -1e-9 * spectrum.eigenvalues()[17]);
-    CHECK(spectrum.eigenvalues()[17] > 0.0);
-
-    PrismVertices flipped;
-    flipped << prism.bottomRows<3>(), prism.topRows<3>();
-    CHECK(std::isinf(prism_barrier(flipped, active_bounds(), nullptr, nullptr)));
-    BarrierBounds loose = active_bounds();
-    loose.active_jacobian = loose.jacobian + 1e-6;
-    loose.active_thickness = loose.thickness + 1e-9;
-    loose.active_area = loose.area + 1e-12;
-    CHECK(prism_barrier(prism, loose, nullptr, nullptr) == 0.0);
-}
-
-TEST_CASE("wraps: the minimiser finds a known minimum and never enters what is forbidden")
-{
-    Points points(2, 3), target(2, 3);
-    points << 1, 1, 1, -1, 2, 0.5;
-    target << 0.2, -0.1, 0.3, 0.4, 0.5, -0.6;
-    const auto same = [](const Points& force) { return force; };
-    const auto free = [](const Points&, Points&) {};
-    const auto bowl = [&](const Points& x, Points& gradient) {
-        gradient = 2.0 * (x - target);
-        gradient.row(1) *= 25.0;
-        return (x - target).row(0).squaredNorm() + 25.0 * (x - target).row(1).squaredNorm();
-    };
-    MinimiseOptions options;
-    options.max_move = 0.5;
-    options.tolerance = 0.0;
-    const MinimiseResult result = minimise(bowl, same, free, options, points);
-    CHECK((points - target).norm() < 1e-6);
-    CHECK(result.iterations < 60);
-
-    // The same behind a wall at x > 0.5 that is only seen by its infinite values.
-    points << 1, 1, 1, 1, 2, 0.5;
-    const auto walled = [&](const Points& x, Points& gradient) {
-        REQUIRE(x.allFinite());
-        if (x.col(0).minCoeff() <= 0.5) return std::numeric_limits<double>::infinity();
-        return bowl(x, gradient);
-    };
-    minimise(walled, same, free, options, points);
-    CHECK(points.col(0).minCoeff() > 0.5);
-    CHECK(points(0, 1) < 1.0);
-    points(0, 0) = 0.0;
-    CHECK_THROWS_WITH(minimise(walled, same, free, options, points), Contains("invalid state"));
-}
 
 TEST_CASE("wraps: the energy's gradient against differences, with every term at work")
 {
@@ -277,6 +191,59 @@ TEST_CASE("wraps: the Hessian is exact where the energy is quadratic, and defini
     const Eigen::MatrixXd full = Eigen::MatrixXd(energy.hessian(wraps)).selfadjointView<Eigen::Lower>();
     CHECK(full.llt().info() == Eigen::Success);
     CHECK(full.norm() > hessian.norm());
+}
+
+TEST_CASE("wraps: envelopes lie around each other, and as deep as they should")
+{
+    const WrapSkin skin = trunk_skin(14, 16, "left_upper_arm");
+    constexpr double radius = 0.012;
+    const std::vector<AnatomyMesh> anatomy = {
+        capsule("shaft", "bone", {0, -0.1, 0}, {0, 0.6, 0}, radius),
+        // far too near to the skin
+        capsule("sheet", "muscle", {0.086, 0.2, 0}, {0.086, 0.3, 0}, 0.003),
+    };
+    EnvelopeOptions options;
+    options.spacing = 0.003;
+    const WrapEnvelopes envelopes = wrap_envelopes(skin, anatomy, options);
+    for (const double at : {0.02, 0.03, 0.045})
+        CHECK(envelopes.bone.at({0.0, 0.251, at}) ==
+              Approx(at - radius - options.bone_dilation * options.spacing).margin(6e-4));
+    CHECK(envelopes.bone.at({0.001, 0.251, 0.0}) < -0.005);
+    for (double x = -0.08; x <= 0.08; x += 0.007)
+        for (double y = 0.05; y < 0.45; y += 0.05) {
+            const Eigen::Vector3d point(x, y, 0.006);
+            const double depth = -envelopes.skin.at(point);
+            if (depth > options.muscle_depth + 0.006)
+                CHECK(envelopes.muscle.at(point) <= envelopes.bone.at(point) - options.min_thickness + 1e-6);
+            if (depth < options.muscle_depth - 0.001) CHECK(envelopes.muscle.at(point) > 0.0);
+        }
+    // What sticks out of the skin does not take the envelope with it.
+    CHECK(envelopes.muscle.at({0.0885, 0.25, 0.0}) > 0.0);
+}
+
+TEST_CASE("wraps: the optimiser only goes down, from a shell or from wraps that are valid")
+{
+    const WrapSkin skin = trunk_skin(14, 16, "left_upper_arm");
+    const std::vector<AnatomyMesh> anatomy = {capsule("shaft", "bone", {0, -0.1, 0}, {0, 0.6, 0}, 0.012)};
+    EnvelopeOptions options;
+    options.spacing = 0.004;
+    const WrapEnvelopes envelopes = wrap_envelopes(skin, anatomy, options);
+    WrapEnergy energy(skin, envelopes.bone, envelopes.muscle, envelopes.skin, {});
+    const WrapTargets targets;
+    WrapOptimiser optimiser(skin, energy, targets, "tube");
+    const double shell = energy.evaluate(optimiser.wraps(), nullptr);
+    REQUIRE(std::isfinite(shell));
+    CHECK(optimiser.flow(12, 0.0) == 12);
+    const double first = energy.evaluate(optimiser.wraps(), nullptr);
+    CHECK(first < 0.5 * shell);
+
+    WrapOptimiser next(skin, energy, targets, optimiser.wraps());
+    CHECK(next.wraps().bone == optimiser.wraps().bone);
+    CHECK(next.flow(20, 0.0) > 0);
+    CHECK(energy.evaluate(next.wraps(), nullptr) < first);
+    // Bounds have risen to what was wanted and hold.
+    CHECK(energy.jacobian_bounds.minCoeff() == Approx(targets.min_scaled_jacobian));
+    CHECK(energy.thickness_bounds.minCoeff() == Approx(targets.min_thickness));
 }
 
 TEST_CASE("wraps: around two bones and a muscle, inside a skin")

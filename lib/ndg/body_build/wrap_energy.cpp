@@ -17,6 +17,8 @@ namespace ndg {
 namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
+/// Fewer triangles are not worth waking threads for.
+constexpr Eigen::Index min_parallel = 2000;
 
 /// Umbrella Laplacian in 1/m^2 (4 (mean - x) / edge^2 on a regular mesh); border vertices look along the border only.
 Eigen::SparseMatrix<double> surface_laplacian(const WrapSkin& skin, const std::vector<std::vector<int>>& loops)
@@ -153,7 +155,7 @@ void WrapEnergy::limit_move(const WrapPair& wraps, WrapPair& move) const
     WrapPair moved{wraps.bone + move.bone, wraps.muscle + move.muscle};
     for (int round = 0; round < max_rounds && !candidates.empty(); ++round) {
         bad.assign(candidates.size(), 0);
-#pragma omp parallel for schedule(static)
+#pragma omp parallel for schedule(static) if (candidates.size() > static_cast <std::size_t>(min_parallel))
         for (std::size_t c = 0; c < candidates.size(); ++c)
             for (int layer = 0; layer < 2; ++layer) {
                 const Eigen::Index t = candidates[c];
@@ -199,7 +201,7 @@ double WrapEnergy::evaluate(const WrapPair& wraps, WrapPair* gradient) const
         by_muscle = by_bone;
     }
     // Barriers first: they are cheap, and an invalid state needs nothing else.
-#pragma omp parallel for schedule(static)
+#pragma omp parallel for schedule(static) if (num_triangles > min_parallel)
     for (Eigen::Index t = 0; t < num_triangles; ++t) {
         const Corners b = corners(wraps.bone, t), m = corners(wraps.muscle, t), s = corners(skin_.vertices, t);
         PrismVertices fat, flesh, fat_gradient = PrismVertices::Zero(), flesh_gradient = PrismVertices::Zero();
@@ -215,7 +217,7 @@ double WrapEnergy::evaluate(const WrapPair& wraps, WrapPair* gradient) const
     }
     double energy = energies.sum();
     if (!std::isfinite(energy)) return infinity;
-#pragma omp parallel for schedule(static)
+#pragma omp parallel for schedule(static) if (num_triangles > min_parallel)
     for (Eigen::Index t = 0; t < num_triangles; ++t) {
         const Corners b = corners(wraps.bone, t), m = corners(wraps.muscle, t);
         const bool derive = gradient != nullptr;

@@ -72,7 +72,7 @@ const Eigen::SparseMatrix<double>& WrapEnergy::hessian(const WrapPair& wraps, do
 {
     const Eigen::Index num_triangles = skin_.triangles.rows();
     std::vector<ElementHessian> elements(static_cast<std::size_t>(num_triangles));
-#pragma omp parallel for schedule(static)
+#pragma omp parallel for schedule(static) if (num_triangles > 2000)  // fewer are not worth waking threads for
     for (Eigen::Index t = 0; t < num_triangles; ++t) elements[static_cast<std::size_t>(t)] = element_hessian(wraps, t);
 
     std::fill(hessian_.valuePtr(), hessian_.valuePtr() + hessian_.nonZeros(), 0.0);
