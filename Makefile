@@ -23,8 +23,9 @@ CMAKE_FLAGS = -G Ninja $(if $(DATA),-DNDG_DATA="$(abspath $(DATA))")
 
 help: ## list the targets and variables
 	@printf 'Targets:\n'; grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sort | sed -E 's/^([a-z-]+):.*## /  \1\t/' | expand -t 16
-	@printf 'Variables:\n  PRESET=demo|smoke  which configs/<preset>.json (results go to out/<preset>/)\n'
-	@printf '  DATA=<folder>      folder with makehuman/ and motion/\n  JOBS=<n>           parallel build jobs\n'
+	@printf 'Variables:\n  PRESET=demo|desk|paper|smoke  which configs/<preset>.json (results go to out/<preset>/)\n'
+	@printf '  DATA=<folder>      folder with makehuman/, bodyparts3d/, motion/; without it: the built-in body and motions\n'
+	@printf '  SOURCE=anatomy|procedural  where bodies come from\n  SEX=male|female    of the template body\n  MOTION=<folders>   motions to import\n  JOBS=<n>           parallel build jobs\n'
 
 deps: ## install the Debian packages that are missing
 	@pipelines/install-packages.sh
@@ -48,7 +49,7 @@ include pipelines/train.mk
 include pipelines/eval.mk
 
 demo: PRESET := demo
-demo: ## the whole pipeline at demo size: bodies, poses, FEM, training, Table 1, pictures
+demo: ## the whole pipeline at demo size: bodies, poses, FEM, training, Table 1, pictures; needs no data
 	$(CHECK_DATA)
 	@$(MAKE) --no-print-directory tables PRESET=demo DATA="$(DATA)"
 

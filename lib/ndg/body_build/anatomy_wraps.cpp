@@ -145,7 +145,7 @@ std::vector<std::pair<int, int>> intersections(const WrapSkin& skin, const WrapP
     for (int layer = 0; layer < 3; ++layer)
         triangles.middleRows(layer * num_triangles, num_triangles) =
             skin.triangles.array() + layer * static_cast<int>(count);
-    auto pairs = self_intersections(vertices.cast<float>().cast<double>(), triangles);
+    auto pairs = self_intersections(vertices.cast<float>().cast<double>(), triangles, true);
     // Where the skin meets itself, that is none of the wraps' doing.
     const int first_skin = static_cast<int>(2 * num_triangles);
     pairs.erase(std::remove_if(pairs.begin(), pairs.end(), [&](const auto& pair) { return pair.first >= first_skin; }),

@@ -2,10 +2,15 @@
 #include "ndg/body_build/bone_interior.h"
 
 #include "ndg/core/error.h"
+#include "ndg/geometry/remesh.h"
 #include "ndg/geometry/tetrahedralize.h"
 #include "ndg/geometry/triangle_mesh.h"
 #include "ndg/solver/sparse_cholesky.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
 #include <set>
 #include <vector>
 
@@ -47,6 +52,57 @@ Eigen::MatrixXd harmonic_extension(const Eigen::Ref<const Tetrahedra>& tetrahedr
     return solver.solve(right);
 }
 
+/// Point of a cap that all edges of its loop see from inside, as far as there is one: starting from the mean of the
+/// loop it moves away from the nearest edge, in the loop's mean plane, by shorter and shorter steps.
+Eigen::RowVector3d cap_centre(const Eigen::Ref<const Points>& vertices, const std::vector<int>& loop)
+{
+    constexpr int steps = 200;
+    const std::size_t count = loop.size();
+    Eigen::RowVector3d centre = Eigen::RowVector3d::Zero(), normal = Eigen::RowVector3d::Zero();
+    for (std::size_t i = 0; i < count; ++i) {
+        const Eigen::RowVector3d from = vertices.row(loop[i]), to = vertices.row(loop[(i + 1) % count]);
+        centre += from / static_cast<double>(count);
+        normal += from.cross(to);
+    }
+    if (normal.norm() == 0.0) return centre;
+    normal.normalize();
+    Eigen::RowVector3d best = centre;
+    double best_room = -std::numeric_limits<double>::infinity(), radius = 0.0;
+    for (const int v : loop) radius = std::max(radius, (vertices.row(v) - centre).norm());
+    for (int step = 0; step < steps; ++step) {
+        double room = std::numeric_limits<double>::infinity();
+        Eigen::RowVector3d inward = Eigen::RowVector3d::Zero();
+        for (std::size_t i = 0; i < count; ++i) {
+            const Eigen::RowVector3d from = vertices.row(loop[i]), edge = vertices.row(loop[(i + 1) % count]) - from;
+            const Eigen::RowVector3d side = normal.cross(edge).normalized();
+            const double distance = (centre - from).dot(side);
+            if (distance >= room) continue;
+            room = distance;
+            inward = side;
+        }
+        if (room > best_room) {
+            best_room = room;
+            best = centre;
+        }
+        centre += 0.3 * radius / (step + 1.0) * inward;
+    }
+    return best;
+}
+
+/// Throws Error with the place of the first two triangles of the closed wrap that run through each other.
+void check_closed_wrap(const ClosedBoneWrap& closed, Eigen::Index num_wrap_triangles)
+{
+    const auto pairs = self_intersections(closed.vertices, closed.triangles, true);
+    if (pairs.empty()) return;
+    const auto kind = [&](int t) { return t < num_wrap_triangles ? "wrap" : "cap"; };
+    const Eigen::RowVector3d place = closed.vertices.row(closed.triangles(pairs.front().first, 0));
+    throw Error(
+        fmt::format("the closed bone wrap runs through itself in {} places, the first near ({:.3f}, {:.3f}, "
+                    "{:.3f}) ({} triangle {} and {} triangle {})",
+                    pairs.size(), place.x(), place.y(), place.z(), kind(pairs.front().first), pairs.front().first,
+                    kind(pairs.front().second), pairs.front().second));
+}
+
 }  // namespace
 
 ClosedBoneWrap close_bone_wrap(const Eigen::Ref<const Points>& bone_wrap,
@@ -61,9 +117,8 @@ ClosedBoneWrap close_bone_wrap(const Eigen::Ref<const Points>& bone_wrap,
     for (std::size_t l = 0; l < loops.size(); ++l) {
         const auto& loop = loops[l];
         const int centre = num_wrap + static_cast<int>(l);
-        closed.vertices.row(centre).setZero();
+        closed.vertices.row(centre) = cap_centre(bone_wrap, loop);
         for (std::size_t i = 0; i < loop.size(); ++i) {
-            closed.vertices.row(centre) += bone_wrap.row(loop[i]) / static_cast<double>(loop.size());
             // The surface lies left of the loop, so the cap runs the other way round.
             caps.emplace_back(loop[(i + 1) % loop.size()], loop[i], centre);
         }
@@ -81,6 +136,7 @@ BoneInterior fill_bone_wrap(const Eigen::Ref<const Points>& bone_wrap,
 {
     const int num_wrap = static_cast<int>(bone_wrap.rows());
     const ClosedBoneWrap closed = close_bone_wrap(bone_wrap, wrap_triangles);
+    check_closed_wrap(closed, wrap_triangles.rows());
     TetrahedralMesh mesh = tetrahedralize(closed.vertices, closed.triangles);
     BoneInterior interior;
     interior.vertices = mesh.vertices.bottomRows(mesh.vertices.rows() - num_wrap);

@@ -23,7 +23,7 @@ constexpr double min_muscle_factor = 0.2, max_muscle_factor = 4.0;  ///< muscle 
 constexpr double min_tissue_thickness = 0.004;                      ///< m, of both layers together
 constexpr double min_layer_thickness = 0.001;                       ///< m
 constexpr double min_layer_share = 0.08;                            ///< of either layer in both
-constexpr int bisection_steps = 18;
+constexpr int bisection_steps = 18, placement_rounds = 2;
 
 WrapSkin wrap_skin(const Template& body_template, const Points& skin_vertices, const Points& joint_positions,
                    const RowMatrix& dense_weights)
@@ -139,33 +139,37 @@ Body build_layers(const Template& body_template, const Body& skin, const Person&
         muscle_thickness[w] =
             scale * (body_template.rest.volume_vertices.row(num_wrap + w) - template_bone.row(w)).norm();
     }
-    const Eigen::VectorXd tissue = (body_skin.vertices - intended).rowwise().norm();
 
     // Muscle wrap: the template's thickness of muscle times one factor, found by bisection on the volume of the fat.
+    // Repairing prisms moves few vertices, so that it is left out of the bisection and the whole done twice.
     const Prisms fat_prisms = body_template.prisms.bottomRows(body_template.num_prisms() / 2);
-    const auto place = [&](double factor) {
-        Eigen::VectorXd fat_share(num_wrap);
-        for (int w = 0; w < num_wrap; ++w) {
-            const double least = std::min(0.4, std::max(min_layer_share, min_layer_thickness / tissue[w]));
-            fat_share[w] = std::clamp(1.0 - factor * muscle_thickness[w] / tissue[w], least, 1.0 - least);
-        }
-        return valid_wraps(body_skin, intended, fat_share, min_scaled_jacobian, skin.name);
-    };
+    const double wanted = result.body_fat_share * result.mass_kg / fat_density;
     Wraps wraps;
     Body body = skin;
-    const auto fat_volume = [&](double factor) {
-        wraps = place(factor);
-        body.volume_vertices.resize(3 * num_wrap, 3);
-        body.volume_vertices << wraps.bone, wraps.muscle, body_skin.vertices;
-        return prism_volumes(body.volume_vertices, fat_prisms).sum();
-    };
-    const double wanted = result.body_fat_share * result.mass_kg / fat_density;
-    double low = min_muscle_factor, high = max_muscle_factor;
-    for (int step = 0; step < bisection_steps && high - low > 1e-3; ++step) {
-        const double middle = 0.5 * (low + high);
-        (fat_volume(middle) > wanted ? low : high) = middle;
+    body.volume_vertices.resize(3 * num_wrap, 3);
+    for (int round = 0; round < placement_rounds; ++round) {
+        const Points offsets = intended - body_skin.vertices;
+        const Eigen::VectorXd tissue = offsets.rowwise().norm();
+        const auto fat_share = [&](double factor) {
+            Eigen::VectorXd share(num_wrap);
+            for (int w = 0; w < num_wrap; ++w) {
+                const double least = std::min(0.4, std::max(min_layer_share, min_layer_thickness / tissue[w]));
+                share[w] = std::clamp(1.0 - factor * muscle_thickness[w] / tissue[w], least, 1.0 - least);
+            }
+            return share;
+        };
+        double low = min_muscle_factor, high = max_muscle_factor;
+        for (int step = 0; step < bisection_steps && high - low > 1e-3; ++step) {
+            const double middle = 0.5 * (low + high);
+            body.volume_vertices << intended, body_skin.vertices + fat_share(middle).asDiagonal() * offsets,
+                body_skin.vertices;
+            (prism_volumes(body.volume_vertices, fat_prisms).sum() > wanted ? low : high) = middle;
+        }
+        wraps = valid_wraps(body_skin, intended, fat_share(0.5 * (low + high)), min_scaled_jacobian, skin.name);
+        intended = wraps.bone;
     }
-    const double volume = fat_volume(0.5 * (low + high));
+    body.volume_vertices << wraps.bone, wraps.muscle, body_skin.vertices;
+    const double volume = prism_volumes(body.volume_vertices, fat_prisms).sum();
     result.fat_layer_litre = 1e3 * volume;
     result.fat_layer_share = volume * fat_density / result.mass_kg;
     result.muscle_layer_litre =
