@@ -19,7 +19,7 @@
 namespace ndg {
 namespace {
 
-constexpr double first_repulsion = 100.0, last_repulsion = 300.0;
+constexpr double first_repulsion = 100.0, last_repulsion = 1000.0;
 constexpr int first_iterations = 100, refine_iterations = 40, max_refinements = 8;
 constexpr double max_extra_margin = 0.002;                    ///< m
 constexpr double max_spacing = 0.0035, min_spacing = 0.0025;  ///< m, of the envelope's grid
@@ -189,6 +189,8 @@ Wraps anatomy_wraps(const WrapSkin& skin, const std::vector<AnatomyMesh>& anatom
     PrismReport prisms;
     std::vector<std::pair<int, int>> pairs;
     Eigen::Index outside_before = std::numeric_limits<Eigen::Index>::max();
+    double worst_before = std::numeric_limits<double>::max();
+    int idle_rounds = 0;
     for (int refinement = 0; refinement <= max_refinements; ++refinement) {
         bone_report =
             check_containment(skin, optimiser.wraps().bone, bones, options.bone_margin, energy.margins.col(0));
@@ -204,10 +206,14 @@ Wraps anatomy_wraps(const WrapSkin& skin, const std::vector<AnatomyMesh>& anatom
             pairs.size());
         const bool done = prisms.jacobian >= options.min_scaled_jacobian && bone_report.outside == 0 &&
                           muscle_report.outside == 0 && pairs.empty();
-        const Eigen::Index outside = bone_report.outside + muscle_report.outside;
         // The last few may be out of reach (a bone that all but touches the skin): no use in trying for ever.
-        const bool stuck = energy.options.repulsion >= last_repulsion && outside >= outside_before && pairs.empty();
-        outside_before = outside;
+        const Eigen::Index outside = bone_report.outside + muscle_report.outside;
+        const double worst = bone_report.worst + muscle_report.worst;
+        const bool better = outside < outside_before || worst < 0.9 * worst_before;
+        idle_rounds = better ? 0 : idle_rounds + 1;
+        outside_before = std::min(outside, outside_before);
+        worst_before = std::min(worst, worst_before);
+        const bool stuck = idle_rounds >= 2 && pairs.empty();
         if (done || stuck || refinement == max_refinements) break;
         energy.options.repulsion = std::min(last_repulsion, 3.0 * energy.options.repulsion);
         iterations += optimiser.flow(refine_iterations, 5e-3);
