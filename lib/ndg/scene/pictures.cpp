@@ -77,16 +77,16 @@ Image body_picture(const Template& body_template, const Body& body, const BodyGe
 Image layers_picture(const Template& body_template, const BodyGeometry& geometry, const PictureSettings& settings)
 {
     const Layer shell = skin_shell(body_template, geometry);
-    std::vector<Layer> anatomy = anatomy_layers(body_template, geometry);
+    const std::vector<Layer> anatomy = anatomy_layers(body_template, geometry);  // bones, then muscles
     std::vector<std::vector<Layer>> columns = {{skin_layer(body_template, geometry)},
                                                {muscle_wrap_layer(body_template, geometry), shell},
                                                {bone_wrap_layer(body_template, geometry), shell}};
     SheetLabels labels;
     labels.columns = {"skin", "muscle wrap", "bone wrap"};
-    if (!anatomy.empty()) {
-        anatomy.push_back(shell);
-        columns.push_back(std::move(anatomy));
-        labels.columns.push_back("anatomy");
+    for (const Layer& layer : anatomy) {
+        const bool muscles = layer.name == "muscles" && anatomy.size() == 2;
+        columns.push_back(muscles ? std::vector<Layer>{anatomy[0], layer, shell} : std::vector<Layer>{layer, shell});
+        labels.columns.push_back(muscles ? "muscles and bones" : layer.name);
     }
     std::vector<Image> images;
     for (const View view : {View::front, View::back}) {

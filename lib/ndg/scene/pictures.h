@@ -25,7 +25,8 @@ struct PictureSettings {
 Image body_picture(const Template& body_template, const Body& body, const BodyGeometry& geometry,
                    const PictureSettings& settings);
 
-/// Front and back of skin, muscle wrap, bone wrap and anatomy side by side, each inside a faint skin.
+/// Front and back of skin, muscle wrap, bone wrap, bones, and muscles with bones side by side, each inside a faint
+/// skin.
 Image layers_picture(const Template& body_template, const BodyGeometry& geometry, const PictureSettings& settings);
 
 /// Sections of a body at rest: a frontal one through the shoulders, and horizontal ones through chest, abdomen, upper
