@@ -140,9 +140,9 @@ TEST_CASE("procedural people come out as asked, without folds", "[procedural]")
         ProceduralParameters p;
         p.stature_m = random.uniform(1.45, 2.0);
         p.sex = i < 2 ? i : random.uniform();
-        // The first two are the extremes of the adult range.
+        // The first two are the extremes of the adult range, of middling build.
         p.mass_kg = (i == 0 ? 40.0 : i == 1 ? 17.0 : random.uniform(17.0, 40.0)) * p.stature_m * p.stature_m;
-        p.muscularity = random.uniform();
+        p.muscularity = i < 2 ? 0.5 : random.uniform();
         p.arm_length = random.uniform(0.93, 1.07);
         p.leg_length = random.uniform(0.95, 1.05);
         p.shoulder_breadth = random.uniform(0.94, 1.06);
