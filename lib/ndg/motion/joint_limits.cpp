@@ -13,7 +13,7 @@ namespace ndg {
 namespace {
 
 /// Width of the zone before half a turn in which clamped angles go to the middle of their range.
-constexpr double seam = 8.0 * M_PI / 180.0;
+constexpr double seam = 15.0 * M_PI / 180.0;
 
 struct SwingTwist {
     Eigen::Vector3d swing = Eigen::Vector3d::Zero();  ///< rotation vector across the long axis

@@ -43,7 +43,7 @@ public:
     std::vector<double> excess(const std::vector<Eigen::Matrix3d>& parent_from_joint) const;
 
     /// The pose with each joint brought to the border of its range; joints within keep their motion against their
-    /// base. A continuous function of the pose: within 8 degrees of where a swing or twist of half a turn has no
+    /// base. A continuous function of the pose: within 15 degrees of where a swing or twist of half a turn has no
     /// direction (far outside every range) the result moves to the posture the range is measured from.
     std::vector<Eigen::Matrix3d> clamped(const std::vector<Eigen::Matrix3d>& parent_from_joint) const;
 

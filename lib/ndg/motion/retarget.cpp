@@ -2,6 +2,7 @@
 #include "ndg/motion/retarget.h"
 
 #include "ndg/core/error.h"
+#include "ndg/motion/retarget_measures.h"
 #include "ndg/motion/retarget_targets.h"
 #include "ndg/motion/retarget_transfer.h"
 #include "ndg/motion/rotation.h"
@@ -58,41 +59,6 @@ std::vector<int> mapped_parents(const RotationTransfer& transfer)
         while (parent > 0 && transfer.links()[parent].source < 0) parent = skeleton.parents[parent];
     }
     return parents;
-}
-
-/// Angle by which rotations A_f^T B_f of two joints change from frame f - 1 to f.
-double relative_jump(const MotionClip& clip, int frame_idx, int a, int b)
-{
-    const auto relative = [&](int f) {
-        const Eigen::Matrix3d& second = clip.world_from_joint[f][b];
-        return a < 0 ? second : Eigen::Matrix3d(clip.world_from_joint[f][a].transpose() * second);
-    };
-    return rotation_angle(relative(frame_idx - 1), relative(frame_idx));
-}
-
-/// Angle between the bones that the map aligns, from joint to joint, in the source and in ours; mean over the bones.
-double direction_error(const RotationTransfer& transfer, const Points& rest, const Rotations& parent_from_joint,
-                       int frame_idx)
-{
-    const Skeleton& skeleton = standard_skeleton();
-    const Rotations world = compose_rotations(parent_from_joint);
-    Points ours = Points::Zero(rest.rows(), 3);
-    for (int j = 1; j < skeleton.num_joints(); ++j) {
-        const int parent = skeleton.parents[j];
-        ours.row(j) = ours.row(parent) + (rest.row(j) - rest.row(parent)) * world[parent].transpose();
-    }
-    const Points source = transfer.clip().joint_positions(frame_idx);
-    double sum = 0.0;
-    int count = 0;
-    for (std::size_t j = 0; j < world.size(); ++j) {
-        const RotationTransfer::Link& link = transfer.links()[j];
-        if (!link.aligned() || link.sole || link.bone_to < 0) continue;
-        const Eigen::Vector3d a = (ours.row(link.toward) - ours.row(static_cast<Eigen::Index>(j))).transpose();
-        const Eigen::Vector3d b = (source.row(link.bone_to) - source.row(link.bone_from)).transpose();
-        sum += std::atan2(a.cross(b).norm(), a.dot(b));
-        ++count;
-    }
-    return count > 0 ? sum / count : 0.0;
 }
 
 /// Whether a joint other than the root is further from rest than the limit of the options or its own.
