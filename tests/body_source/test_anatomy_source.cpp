@@ -21,7 +21,11 @@ namespace {
 
 const AnatomyMesh& part(const std::vector<AnatomyMesh>& parts, const std::string& name)
 {
-    return *std::find_if(parts.begin(), parts.end(), [&](const AnatomyMesh& mesh) { return mesh.name == name; });
+    const auto found =
+        std::find_if(parts.begin(), parts.end(), [&](const AnatomyMesh& mesh) { return mesh.name == name; });
+    INFO(name);
+    REQUIRE(found != parts.end());
+    return *found;
 }
 
 Eigen::RowVector3d middle(const AnatomyMesh& mesh)
@@ -65,7 +69,7 @@ void check_points(const BonePoints& points)
     for (const std::string joint : {"thigh", "shin", "foot", "upper_arm", "forearm", "hand", "index_1", "clavicle"}) {
         const Eigen::Vector3d left = points.at("left_" + joint), right = points.at("right_" + joint);
         INFO(joint);
-        CHECK((left - Eigen::Vector3d(-right[0], right[1], right[2])).norm() < 0.004);
+        CHECK((left - Eigen::Vector3d(-right[0], right[1], right[2])).norm() < 0.007);  // he is not quite symmetric
     }
     const auto length = [&](const char* a, const char* b) { return (points.at(a) - points.at(b)).norm(); };
     CHECK(length("left_thigh", "left_shin") / length("left_shin", "left_foot") == Approx(1.02).epsilon(0.08));

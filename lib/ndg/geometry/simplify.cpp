@@ -28,6 +28,8 @@
 namespace ndg {
 namespace {
 
+constexpr double min_kept_volume = 0.5;  ///< share of its volume that a simplified surface keeps
+
 namespace pmp = CGAL::Polygon_mesh_processing;
 namespace simplification = CGAL::Surface_mesh_simplification;
 using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
@@ -280,6 +282,11 @@ TriangleMesh simplify_closed(const TriangleMesh& mesh, int target_vertices)
     std::vector<TriangleMesh> kept;
     for (TriangleMesh& component : split_components(simplified))
         if (enclosed_volume(component.vertices, component.triangles) > 0.0) kept.push_back(std::move(component));
+    // A sheet thinner than that loses most of itself: it gets more vertices.
+    double volume = 0.0;
+    for (const TriangleMesh& component : kept) volume += enclosed_volume(component.vertices, component.triangles);
+    if (volume < min_kept_volume * enclosed_volume(mesh.vertices, mesh.triangles))
+        return simplify_closed(mesh, 2 * target_vertices);
     return join(kept);
 }
 
