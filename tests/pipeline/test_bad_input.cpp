@@ -64,11 +64,11 @@ TEST_CASE("a truncated HDF5 file is refused by name", "[pipeline]")
 TEST_CASE("a misspelt configuration key is refused with the nearest known one", "[pipeline]")
 {
     const TemporaryFolder folder;
-    write_text(folder.file("config.json"), R"({"make-template": {"keep_ration": 0.03}})");
+    write_text(folder.file("config.json"), R"({"make-template": {"keep_ratoi": 0.03}})");
     std::filesystem::create_directory(folder.file("makehuman"));
     const std::string text = refused(tool_path("make-template") + " --config " + folder.file("config.json") +
                                      " --makehuman " + folder.file("makehuman") + " --output " + folder.file("out.h5"));
-    CHECK_THAT(text, Contains("keep_ration") && Contains("keep_ratio"));
+    CHECK_THAT(text, Contains("keep_ratoi") && Contains("keep_ratio"));
     CHECK(!std::filesystem::exists(folder.file("out.h5")));
 }
 
