@@ -17,6 +17,9 @@ void check_range(const char* name, double value, double low, double high)
                   "procedural body: {} is {}, allowed is {} to {}", name, value, low, high);
 }
 
+/// Beyond this the armpits fold.
+constexpr double max_bmi = 35.0;
+
 }  // namespace
 
 void ProceduralParameters::check() const
@@ -24,7 +27,7 @@ void ProceduralParameters::check() const
     check_range("stature_m", stature_m, 1.4, 2.05);
     require_input(std::isfinite(mass_kg) && mass_kg > 0.0, "procedural body: mass_kg is {}, it must be positive",
                   mass_kg);
-    check_range("body mass index (mass_kg / stature_m^2)", bmi(), 16.0, 45.0);
+    check_range("body mass index (mass_kg / stature_m^2)", bmi(), 16.0, max_bmi);
     check_range("sex", sex, 0.0, 1.0);
     check_range("muscularity", muscularity, 0.0, 1.0);
     check_range("arm_length", arm_length, 0.9, 1.1);
@@ -47,7 +50,11 @@ ProceduralParameters sample_procedural_parameters(std::uint64_t seed, int body_i
     // Log-normal with the published mean and a coefficient of variation of about a fifth (men) and a quarter (women).
     const double log_deviation = male ? 0.20 : 0.25;
     const double log_mean = std::log(male ? 29.4 : 29.7) - 0.5 * log_deviation * log_deviation;
-    const double bmi = std::clamp(std::exp(log_mean + log_deviation * random.normal()), 17.0, 44.999);
+    // Who lies outside the body's range is drawn again.
+    double bmi = 0.0;
+    do {
+        bmi = std::exp(log_mean + log_deviation * random.normal());
+    } while (bmi < 17.0 || bmi > 0.999 * max_bmi);
     p.mass_kg = bmi * p.stature_m * p.stature_m;
     p.muscularity = normal(male ? 0.52 : 0.42, 0.15, 0.05, 0.95);
     p.arm_length = normal(1.0, 0.025, 0.92, 1.08);

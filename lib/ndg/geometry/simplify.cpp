@@ -28,7 +28,7 @@
 namespace ndg {
 namespace {
 
-constexpr double min_kept_volume = 0.5;  ///< share of its volume that a simplified surface keeps
+constexpr double min_kept_volume = 0.1;  ///< share of its volume that a simplified surface keeps
 
 namespace pmp = CGAL::Polygon_mesh_processing;
 namespace simplification = CGAL::Surface_mesh_simplification;
@@ -282,7 +282,7 @@ TriangleMesh simplify_closed(const TriangleMesh& mesh, int target_vertices)
     std::vector<TriangleMesh> kept;
     for (TriangleMesh& component : split_components(simplified))
         if (enclosed_volume(component.vertices, component.triangles) > 0.0) kept.push_back(std::move(component));
-    // A sheet thinner than that loses most of itself: it gets more vertices.
+    // A sheet thinner than that all but vanishes: it gets more vertices.
     double volume = 0.0;
     for (const TriangleMesh& component : kept) volume += enclosed_volume(component.vertices, component.triangles);
     if (volume < min_kept_volume * enclosed_volume(mesh.vertices, mesh.triangles))

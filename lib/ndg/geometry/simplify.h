@@ -17,7 +17,7 @@ TriangleMesh repair_closed(const Eigen::Ref<const Points>& vertices, const Eigen
 
 /// Edge collapse (Garland and Heckbert 1997) of a closed manifold surface to about `target_vertices` (never below four
 /// a component); it stays closed and manifold, since only collapses that keep the topology are made. Components
-/// that this turns inside out (scraps thinner than the triangles) go; a surface that would lose half its volume keeps
+/// that this turns inside out (scraps thinner than the triangles) go; a surface that would all but vanish keeps
 /// more vertices. Deterministic. Throws InputError when the surface is not closed.
 TriangleMesh simplify_closed(const TriangleMesh& mesh, int target_vertices);
 
