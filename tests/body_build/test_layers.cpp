@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Making templates and bodies: pieces that need no data.
-#include "ndg/body_source/body_sampling.h"
 #include "ndg/body_build/bone_interior.h"
 #include "ndg/body_build/inner_surface.h"
 #include "ndg/body_build/layers.h"
-#include "ndg/body_source/makehuman_files.h"
 #include "ndg/body_build/region_cut.h"
+#include "ndg/body_source/body_sampling.h"
+#include "ndg/body_source/makehuman_files.h"
 #include "ndg/core/error.h"
 #include "ndg/geometry/triangle_mesh.h"
 #include "support/support.h"

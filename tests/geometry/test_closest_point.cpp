@@ -133,7 +133,8 @@ TEST_CASE("the sign of the distance is that of the winding number")
     Surface star = test::icosphere(1.0, 3);
     for (Eigen::Index v = 0; v < star.vertices.rows(); ++v) {
         const Eigen::RowVector3d d = star.vertices.row(v);
-        star.vertices.row(v) *= 1.0 + 0.45 * std::sin(7.0 * d.x()) * std::cos(6.0 * d.y()) + 0.1 * std::sin(9.0 * d.z());
+        star.vertices.row(v) *=
+            1.0 + 0.45 * std::sin(7.0 * d.x()) * std::cos(6.0 * d.y()) + 0.1 * std::sin(9.0 * d.z());
     }
     const TriangleTree tree(star.vertices, star.triangles);
     Random random(34, "sign");

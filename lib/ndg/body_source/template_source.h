@@ -27,8 +27,9 @@ struct TemplateSource {
     std::string name;     ///< "anatomy" (MakeHuman with BodyParts3D) or "procedural"
     std::string licence;  ///< credit lines stored in everything made from it
     ParametricSurface surface;
-    RowMatrix weights;       ///< N x J, dense, rows sum to one
-    Points joint_positions;  ///< J x 3, centres of rotation by the bones; surface.joint_positions is the source's own rig
+    RowMatrix weights;  ///< N x J, dense, rows sum to one
+    Points
+        joint_positions;  ///< J x 3, centres of rotation by the bones; surface.joint_positions is the source's own rig
     std::vector<AnatomyMesh> anatomy;
 };
 

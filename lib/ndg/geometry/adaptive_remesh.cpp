@@ -21,7 +21,7 @@ constexpr int iterations = 10;
 constexpr int valence_iterations = 5;
 constexpr int smoothing_steps = 4;
 constexpr double longest = 4.0 / 3.0, shortest = 4.0 / 5.0;  ///< of the wanted length (Botsch and Kobbelt 2004)
-constexpr double least_agreement = 0.3;  ///< cosine between a triangle and the surface below its corners
+constexpr double least_agreement = 0.3;              ///< cosine between a triangle and the surface below its corners
 constexpr double wide_enough = 34.0 * M_PI / 180.0;  ///< angles above this are not worked on
 constexpr int widening_sweeps = 12;
 

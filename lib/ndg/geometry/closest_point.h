@@ -26,8 +26,8 @@ public:
     TriangleTree(TriangleTree&&) noexcept;
 
     ClosestPoint closest(const Eigen::Vector3d& point) const;
-    /// Signed distance to a closed, outward, manifold mesh, negative inside: the sign of the angle-weighted pseudonormal
-    /// at the closest point (Baerentzen and Aanaes 2005). `nearest` receives that point.
+    /// Signed distance to a closed, outward, manifold mesh, negative inside: the sign of the angle-weighted
+    /// pseudonormal at the closest point (Baerentzen and Aanaes 2005). `nearest` receives that point.
     double signed_distance(const Eigen::Vector3d& point, ClosestPoint* nearest = nullptr) const;
 
 private:
