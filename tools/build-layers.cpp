@@ -1,34 +1,92 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "ndg/body_build/layers.h"
-#include "ndg/core/hash.h"
+#include "ndg/body_build/layer_batch.h"
+#include "ndg/core/error.h"
+#include "ndg/core/interrupt.h"
+#include "ndg/core/log.h"
 #include "ndg/core/tool.h"
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <numeric>
+
+using namespace ndg;
+
+namespace {
+
+void print_statistics(const LayerBatch& batch)
+{
+    const auto column = [&](const std::string& name) {
+        const auto& names = batch.bodies.parameter_names;
+        return batch.bodies.parameters.col(std::find(names.begin(), names.end(), name) - names.begin()).eval();
+    };
+    const auto range = [&](const std::string& name) {
+        const Eigen::VectorXd values = column(name);
+        return fmt::format("{:.2f} to {:.2f}", values.minCoeff(), values.maxCoeff());
+    };
+    fmt::print("bodies: {}, invalid rest prisms: 0, smallest scaled Jacobian {:.3f}\n", batch.bodies.bodies.size(),
+               column("min_scaled_jacobian").minCoeff());
+    fmt::print("BMI {}, fat share {}, fat layer {} l, muscle layer {} l\n", range("bmi"), range("fat_share"),
+               range("fat_layer_litre"), range("muscle_layer_litre"));
+    fmt::print("skin displacement: mean {:.3f} mm, of the worst body {:.3f} mm, largest {:.2f} mm\n",
+               1e3 * column("mean_skin_displacement_m").mean(), 1e3 * column("mean_skin_displacement_m").maxCoeff(),
+               1e3 * column("max_skin_displacement_m").maxCoeff());
+    if (!batch.seconds.empty())
+        fmt::print("core-seconds a body: mean {:.2f}, largest {:.2f}\n",
+                   std::accumulate(batch.seconds.begin(), batch.seconds.end(), 0.0) /
+                       static_cast<double>(batch.seconds.size()),
+                   *std::max_element(batch.seconds.begin(), batch.seconds.end()));
+    if (batch.num_resumed > 0) fmt::print("{} bodies were built by an earlier run\n", batch.num_resumed);
+}
+
+}  // namespace
+
 int main(int argc, char** argv)
 {
-    using namespace ndg;
-    Tool tool("build-layers",
-              "Builds the layers of every skin: bone wrap, muscle wrap, bone interior, all prisms valid.",
-              "build-layers --template template.h5 --skins skins.h5 --output bodies.h5");
-    std::string template_path, skins_path, output;
-    double min_scaled_jacobian = 0.08;
+    Tool tool(
+        "build-layers",
+        "Builds the layers of every skin: bone wrap, muscle wrap, bone interior, all prisms valid; fat and muscle "
+        "from the skin's girths.",
+        "build-layers --template template.h5 --skins skins.h5 --output bodies.h5");
+    std::string template_path, skins_path, sex = "skins";
+    LayerFitOptions options;
+    PeopleOptions people_options;
+    LayerBatchOptions batch_options;
     tool.input("template", template_path, "template file");
     tool.input("skins", skins_path, "skins in the template's tessellation");
-    tool.output("output", output, "bodies file to write");
-    tool.parameter("min-scaled-jacobian", min_scaled_jacobian, "prisms flatter than this are improved", 0.001, 0.5);
+    tool.output("output", batch_options.output, "bodies file to write");
+    tool.parameter("sex", sex, "of all people; 'skins': the skins' parameters sex and age_years",
+                   {"skins", "female", "male", "unknown"});
+    tool.parameter("age-years", people_options.person.age_years, "of all people, unless the skins say", 18.0, 110.0);
+    tool.parameter("min-scaled-jacobian", options.min_scaled_jacobian, "prisms flatter than this are improved", 0.001,
+                   0.5);
+    tool.parameter("min-thickness", options.min_thickness, "m, layers thinner than this are improved", 0.0001, 0.02);
+    tool.parameter("skin-spring", options.skin_spring, "weight that holds skin vertices where they are", 0.01, 1e4);
+    tool.parameter("smoothness", options.smoothness, "weight of the Laplacian of displacements", 0.0, 1e4);
     return tool.run(argc, argv, [&] {
+        catch_interrupts();
         const Template body_template = read_template(template_path);
-        BodySet bodies =
-            build_layers(body_template, read_skins(skins_path, body_template), skins_path, min_scaled_jacobian);
-        bodies.template_sha256 = sha256_path(template_path);
-        write_bodies(output, bodies, tool.provenance());
-        const auto range = [&](int column) {
-            return fmt::format("{:.2f} to {:.2f}", bodies.parameters.col(column).minCoeff(),
-                               bodies.parameters.col(column).maxCoeff());
-        };
-        fmt::print("bodies: {}, invalid rest prisms: 0, smallest scaled Jacobian {:.3f}\n", bodies.bodies.size(),
-                   bodies.parameters.rightCols(1).minCoeff());
-        fmt::print("BMI {}, fat layer {} l, muscle layer {} l\n", range(4), range(7), range(8));
+        const BodySet skins = read_skins(skins_path, body_template);
+        people_options.from_skins = sex == "skins";
+        people_options.person.sex = sex == "male" ? 1.0 : sex == "female" ? 0.0 : 0.5;
+        const std::vector<Person> people = people_of_skins(skins, skins_path, people_options);
+        const Provenance provenance = tool.provenance();
+        batch_options.settings = provenance.config_json + body_template.file_sha256;
+        const LayerBuilder builder(body_template, options);
+        LayerBatch batch = build_layer_batch(builder, skins, people, batch_options, interrupt_requested);
+        batch.bodies.template_sha256 = body_template.file_sha256;
+        for (const std::string& failure : batch.failures) log_warning("FAILED: {}", failure);
+        const std::size_t count = skins.bodies.size(), built = batch.bodies.bodies.size();
+        if (built == 0) {
+            remove_layer_parts(batch_options);
+            throw QualityError(fmt::format("none of the {} skins could be given layers", count));
+        }
+        write_bodies(batch_options.output, batch.bodies, provenance);
+        remove_layer_parts(batch_options);
+        print_statistics(batch);
+        fmt::print("{} of {} bodies ({:.1f} %) passed\n", built, count,
+                   100.0 * static_cast<double>(built) / static_cast<double>(count));
+        if (built < count)
+            throw QualityError(fmt::format("{} of {} skins could not be given layers", count - built, count));
     });
 }

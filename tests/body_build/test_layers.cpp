@@ -2,7 +2,7 @@
 // Making templates and bodies: pieces that need no data.
 #include "ndg/body_build/bone_interior.h"
 #include "ndg/body_build/inner_surface.h"
-#include "ndg/body_build/layers.h"
+#include "ndg/body_build/layer_batch.h"
 #include "ndg/body_build/region_cut.h"
 #include "ndg/body_source/body_sampling.h"
 #include "ndg/body_source/makehuman_files.h"
@@ -125,14 +125,6 @@ TEST_CASE("bone interior fills the wrap, its weights blend, and it follows the w
     CHECK(((moved - interior.vertices).rowwise() - Eigen::RowVector3d(0.1, -0.2, 0.3)).norm() < 1e-9);
 }
 
-TEST_CASE("body fat follows Deurenberg's formula within its bounds", "[build]")
-{
-    CHECK(body_fat_share(25.0, {1.0, 40.0}) == Approx(0.01 * (30.0 + 9.2 - 10.8 - 5.4)));
-    CHECK(body_fat_share(25.0, {0.0, 40.0}) > body_fat_share(25.0, {1.0, 40.0}));
-    CHECK(body_fat_share(10.0, {1.0, 20.0}) == Approx(0.05));
-    CHECK(body_fat_share(80.0, {0.0, 70.0}) == Approx(0.60));
-}
-
 TEST_CASE("sampled parameters depend on seed and body alone and stay in range", "[build]")
 {
     const BodySamplingOptions options;
@@ -153,7 +145,7 @@ TEST_CASE("a skin of another tessellation is refused by name", "[build]")
     CHECK_THROWS_WITH(build_layers(tube, skin, {}, 0.05), Contains("someone") && Contains("5 skin vertices"));
     BodySet skins;
     skins.parameter_names = {"sex"};
-    CHECK_THROWS_WITH(build_layers(tube, skins, "skins.h5", 0.05), Contains("skins.h5") && Contains("age_years"));
+    CHECK_THROWS_WITH(people_of_skins(skins, "skins.h5", {}), Contains("skins.h5") && Contains("age_years"));
 }
 
 TEST_CASE("targets are read, and bad ones named", "[build]")

@@ -86,8 +86,13 @@ double barrier(double value, double bound, double active, double& derivative, do
 
 }  // namespace
 
-double prism_barrier(const PrismVertices& prism, const BarrierBounds& bounds, PrismVertices* gradient,
-                     Eigen::Matrix<double, 18, 18>* hessian)
+namespace {
+
+/// Sum of two terms over a prism: `jacobian_term(value, derivative, curvature)` of the scaled Jacobians and
+/// `height_term` of the heights. Adds to gradient and Hessian as prism_barrier says.
+template <typename JacobianTerm, typename HeightTerm>
+double add_quality_terms(const PrismVertices& prism, const JacobianTerm& jacobian_term, const HeightTerm& height_term,
+                         PrismVertices* gradient, Eigen::Matrix<double, 18, 18>* hessian)
 {
     double energy = 0.0;
     const bool derive = gradient != nullptr || hessian != nullptr;
@@ -95,9 +100,8 @@ double prism_barrier(const PrismVertices& prism, const BarrierBounds& bounds, Pr
         const Eigen::Matrix3d columns = point.columns * prism;
         const Quality quality = point_quality(columns.row(0), columns.row(1), columns.row(2), derive);
         double by_jacobian = 0.0, by_height = 0.0, jacobian_curvature = 0.0, height_curvature = 0.0;
-        energy += barrier(quality.jacobian, bounds.jacobian, bounds.active_jacobian, by_jacobian, &jacobian_curvature);
-        if (point.corner)
-            energy += barrier(quality.height, bounds.thickness, bounds.active_thickness, by_height, &height_curvature);
+        energy += jacobian_term(quality.jacobian, by_jacobian, jacobian_curvature);
+        if (point.corner) energy += height_term(quality.height, by_height, height_curvature);
         if (!std::isfinite(energy)) return infinity;
         if (!derive || (by_jacobian == 0.0 && by_height == 0.0)) continue;
         const PrismVertices jacobian_slope = point.columns.transpose() * quality.jacobian_gradient;
@@ -116,6 +120,50 @@ double prism_barrier(const PrismVertices& prism, const BarrierBounds& bounds, Pr
                         bound * point.columns(c, i) * point.columns(c, j);
         }
     }
+    return energy;
+}
+
+/// (1 - value / active)^2 below `active`, zero beyond.
+double hinge(double value, double active, double& derivative, double& curvature)
+{
+    derivative = curvature = 0.0;
+    if (value >= active) return 0.0;
+    const double y = 1.0 - value / active;
+    derivative = -2.0 * y / active;
+    curvature = 2.0 / (active * active);
+    return y * y;
+}
+
+}  // namespace
+
+double prism_penalty(const PrismVertices& prism, double active_jacobian, double active_thickness,
+                     PrismVertices* gradient, Eigen::Matrix<double, 18, 18>* hessian)
+{
+    return add_quality_terms(
+        prism,
+        [&](double value, double& derivative, double& curvature) {
+            return hinge(value, active_jacobian, derivative, curvature);
+        },
+        [&](double value, double& derivative, double& curvature) {
+            return hinge(value, active_thickness, derivative, curvature);
+        },
+        gradient, hessian);
+}
+
+double prism_barrier(const PrismVertices& prism, const BarrierBounds& bounds, PrismVertices* gradient,
+                     Eigen::Matrix<double, 18, 18>* hessian)
+{
+    double energy = add_quality_terms(
+        prism,
+        [&](double value, double& derivative, double& curvature) {
+            return barrier(value, bounds.jacobian, bounds.active_jacobian, derivative, &curvature);
+        },
+        [&](double value, double& derivative, double& curvature) {
+            return barrier(value, bounds.thickness, bounds.active_thickness, derivative, &curvature);
+        },
+        gradient, hessian);
+    if (!std::isfinite(energy)) return infinity;
+    const bool derive = gradient != nullptr || hessian != nullptr;
     const Eigen::RowVector3d a = prism.row(3) - prism.row(5), b = prism.row(4) - prism.row(5);
     const Eigen::RowVector3d normal = a.cross(b);
     const double area = normal.norm();

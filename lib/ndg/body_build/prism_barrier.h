@@ -22,6 +22,12 @@ struct BarrierBounds {
 double prism_barrier(const PrismVertices& prism, const BarrierBounds& bounds, PrismVertices* gradient,
                      Eigen::Matrix<double, 18, 18>* hessian);
 
+/// Sum of (1 - value / active)^2 over those scaled Jacobians and heights (m) of a prism that lie below
+/// `active_jacobian` and `active_thickness`: finite for invalid prisms too, which it turns round. `gradient` and
+/// `hessian` as above.
+double prism_penalty(const PrismVertices& prism, double active_jacobian, double active_thickness,
+                     PrismVertices* gradient, Eigen::Matrix<double, 18, 18>* hessian);
+
 /// Smallest scaled Jacobian, as prism_min_scaled_jacobian has it, smallest height in metres and twice the area of the
 /// inner triangle.
 Eigen::RowVector3d prism_quality(const PrismVertices& prism);
