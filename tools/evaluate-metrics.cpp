@@ -39,7 +39,7 @@ int main(int argc, char** argv)
 
         const auto load = [&](const std::string& path) {
             log_info("Reading {}", path);
-            return NamedDeformations{path, read_deformations(path, body_template.num_volume_vertices())};
+            return NamedDeformations{path, open_deformations(path, body_template.num_volume_vertices())};
         };
         const NamedDeformations reference = load(reference_path);
         std::vector<NamedDeformations> predictions;

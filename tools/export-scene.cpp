@@ -118,7 +118,7 @@ int main(int argc, char** argv)
         if (!poses_path.empty()) poses = read_poses(poses_path);
         std::vector<DeformationSet> files;
         for (const std::string& path : deformation_paths)
-            files.push_back(read_deformations(path, body_template.num_volume_vertices()));
+            files.push_back(open_deformations(path, body_template.num_volume_vertices()));
         const BodyPoser poser(body_template);
 
         if (!glb_path.empty() || kind == "body" || kind == "layers" || kind == "cut") {

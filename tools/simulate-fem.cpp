@@ -2,9 +2,8 @@
 #include "ndg/core/error.h"
 #include "ndg/core/interrupt.h"
 #include "ndg/core/tool.h"
-#include "ndg/fem/simulate.h"
-
-#include <optional>
+#include "ndg/fem/replay.h"
+#include "ndg/fem/sample_shards.h"
 
 int main(int argc, char** argv)
 {
@@ -12,17 +11,19 @@ int main(int argc, char** argv)
     Tool tool("simulate-fem", "Simulates every sample's flesh and skin to static equilibrium; shardable and resumable.",
               "simulate-fem --template template.h5 --bodies bodies.h5 --poses poses.h5 --splits splits.h5 "
               "--output samples.h5");
-    std::string template_path, bodies_path, poses_path, splits_path, output, shard = "0/1";
-    std::vector<std::string> merge;
+    std::string template_path, bodies_path, poses_path, splits_path, output, replay_output, shard_text = "0/1";
+    int replay_idx = -1;
     SimulationOptions options;
     double min_converged = 0.99;
     tool.input("template", template_path, "template");
     tool.input("bodies", bodies_path, "bodies");
     tool.input("poses", poses_path, "poses");
     tool.input("splits", splits_path, "splits and pairs");
-    tool.input("merge", merge, "outputs of all shards: joins them instead of simulating", false);
-    tool.output("output", output, "deformed samples", true, true);
-    tool.parameter("shard", shard, "i/n: only every n-th pair from i on, into an output of its own");
+    tool.output("output", output, "deformed samples; a shard i of n goes to <output>.shards/<i>-of-<n>.h5", true, true);
+    tool.output("replay-output", replay_output, "start and result of --replay, as two samples to look at", false);
+    tool.parameter("shard", shard_text, "i/n: only every n-th pair from i on; collect-samples joins the shards");
+    tool.parameter("replay", replay_idx, "simulate this sample alone, tell every iteration and keep nothing; -1: none",
+                   -1, 1 << 30);
     tool.parameter("young-muscle", options.material.young_muscle_pascal, "Young's modulus of the muscle layer, Pa", 1,
                    1e9);
     tool.parameter("young-fat", options.material.young_fat_pascal, "Young's modulus of the fat layer, Pa", 1, 1e9);
@@ -44,32 +45,18 @@ int main(int argc, char** argv)
         const PoseSet poses = read_poses(poses_path);
         const Splits splits = read_splits(splits_path, static_cast<int>(bodies.bodies.size()), poses.size());
 
-        DeformationSet set;
-        if (merge.empty()) {
-            set = simulate_samples(body_template, bodies, poses, sample_tasks(splits, parse_shard(shard)), options,
-                                   output, tool.provenance(), interrupt_requested);
-        } else {
-            set = merge_shards(merge, splits);
-            require_input(set.num_volume_vertices == body_template.num_volume_vertices(),
-                          "{}: samples have {} vertices, the template {}", merge.front(), set.num_volume_vertices,
-                          body_template.num_volume_vertices());
-            write_deformations(output, set, tool.provenance());
+        if (replay_idx >= 0) {
+            const Replay replay = replay_sample(body_template, bodies, poses, splits, replay_idx, options);
+            fmt::print("{}{}", replay_report(replay), compare_with_stored(replay, output));
+            if (!replay_output.empty()) write_replay(replay_output, replay, tool.provenance());
+            return;
         }
+        const Shard shard = parse_shard(shard_text);
+        const std::string shard_output = shard_path(output, shard);
+        const DeformationSet set = simulate_samples(body_template, bodies, poses, sample_tasks(splits, shard), options,
+                                                    shard_output, tool.provenance(), interrupt_requested, tool.force());
         const SimulationSummary summary = summarize_simulation(set);
-        fmt::print(
-            "{} samples, {:.2f} % converged (out-of-balance force <= {:g} of all element forces, or <= {:g} N)\n",
-            summary.samples, 100 * summary.converged_share, options.newton.relative_tolerance,
-            options.newton.absolute_tolerance_newton);
-        fmt::print(
-            "iterations: mean {:.1f}, median {:.0f}; {} in load steps; {:.2f} core-seconds a sample; "
-            "{:.2f} inverted prisms a sample\n",
-            summary.iterations_mean, summary.iterations_median, summary.load_stepped, summary.seconds_mean,
-            summary.inverted_prisms_mean);
-        if (summary.converged_share < min_converged) {
-            throw QualityError(
-                fmt::format("{:.2f} % of the samples converged, fewer than {:.2f} %; largest relative "
-                            "residual {:.1e}",
-                            100 * summary.converged_share, 100 * min_converged, summary.residual_relative_max));
-        }
+        fmt::print("{}: {}", shard_output, simulation_report(summary, set));
+        require_converged(summary, min_converged);
     });
 }

@@ -74,7 +74,7 @@ int main(int argc, char** argv)
         const ShapeSpace shape_space = read_shape_space(shape_path);
         std::vector<DeformationSet> samples;
         for (const std::string& path : samples_paths)
-            samples.push_back(read_deformations(path, body_template.num_volume_vertices()));
+            samples.push_back(open_deformations(path, body_template.num_volume_vertices()));
 
         const auto make_set = [&](const std::string& split) {
             return TrainingSet(body_template, bodies, poses, samples, split, shape_space, network, cache_gigabytes);

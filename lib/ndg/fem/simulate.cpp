@@ -13,13 +13,15 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <cstdio>
 #include <ctime>
 #include <exception>
-#include <map>
+#include <filesystem>
 #include <memory>
 #include <mutex>
 #include <numeric>
+#include <set>
 #include <tuple>
 
 namespace ndg {
@@ -54,6 +56,7 @@ SamplePart make_part(const SamplePair& pair, const SimulationResult& result, dou
     part.vertices.resize(static_cast<std::size_t>(result.vertices.size()));
     Eigen::Map<Eigen::Matrix<float, Eigen::Dynamic, 3, Eigen::RowMajor>>(part.vertices.data(), result.vertices.rows(),
                                                                          3) = result.vertices.cast<float>();
+    part.stop_reason = describe(result.newton.stop);
     part.statistics = {{"energy_joule", result.newton.energy_joule},
                        {"residual_newton", result.newton.residual_newton},
                        {"residual_relative", result.newton.residual_relative},
@@ -62,7 +65,67 @@ SamplePart make_part(const SamplePair& pair, const SimulationResult& result, dou
                        {"load_steps", result.load_steps},
                        {"inverted_prisms", result.inverted_prisms},
                        {"seconds", seconds}};
+    // A solve that left the finite numbers is no sample; its numbers could not even be stored.
+    bool finite = result.vertices.allFinite();
+    for (const auto& [name, value] : part.statistics) finite = finite && std::isfinite(value);
+    if (!finite) {
+        part.failure = fmt::format("the result is not finite: Newton's method {} after {} iterations", part.stop_reason,
+                                   result.newton.iterations);
+        part.statistics.clear();
+        part.vertices.clear();
+    }
     return part;
+}
+
+/// The simulations of one thread, one after the other.
+class Worker {
+public:
+    Worker(const Template& body_template, const BodySet& bodies, const PoseSet& poses, const SimulationOptions& options)
+        : bodies_(bodies), poses_(poses), simulator_(body_template, options)
+    {
+    }
+
+    /// What goes wrong within the sample is its own failure; wrong input is everybody's.
+    SamplePart simulate(const SamplePair& pair)
+    {
+        const double start = thread_seconds();
+        try {
+            if (pair.body_idx != body_idx_) {
+                body_idx_ = -1;
+                simulator_.set_body(bodies_.bodies[static_cast<std::size_t>(pair.body_idx)]);
+                body_idx_ = pair.body_idx;
+            }
+            const SimulationResult result = simulator_.simulate(poses_.poses[static_cast<std::size_t>(pair.pose_idx)]);
+            return make_part(pair, result, thread_seconds() - start);
+        } catch (const InputError&) {
+            throw;
+        } catch (const Error& error) {
+            SamplePart part;
+            part.pair = pair;
+            part.failure = error.what();
+            return part;
+        }
+    }
+
+private:
+    const BodySet& bodies_;
+    const PoseSet& poses_;
+    Simulator simulator_;
+    int body_idx_ = -1;
+};
+
+void report_trouble(const SampleTask& task, const SamplePart& part)
+{
+    if (!part.failure.empty()) {
+        log_warning("sample {} (body {}, pose {}) failed: {}", task.sample_idx, task.pair.body_idx, task.pair.pose_idx,
+                    part.failure);
+    } else if (part.statistics.at("converged") == 0) {
+        log_warning(
+            "sample {} (body {}, pose {}) did not converge: Newton's method {} at a relative residual of {:.1e} "
+            "after {} iterations",
+            task.sample_idx, task.pair.body_idx, task.pair.pose_idx, part.stop_reason,
+            part.statistics.at("residual_relative"), part.statistics.at("iterations"));
+    }
 }
 
 /// Tasks without a valid part, bodies together.
@@ -77,20 +140,55 @@ std::vector<SampleTask> open_tasks(const std::vector<SampleTask>& tasks, const P
     return open;
 }
 
-DeformationSet collect(const std::vector<SampleTask>& tasks, const PartFolder& parts, int num_volume_vertices)
+/// Writes the parts to `output`, holding one at a time.
+void collect(const std::vector<SampleTask>& tasks, const PartFolder& parts, DeformationSet set,
+             const std::string& output, const Provenance& provenance)
 {
-    DeformationSet set;
-    set.method = "FEM";
-    set.num_volume_vertices = num_volume_vertices;
-    for (const SampleTask& task : tasks) {
+    const auto read = [&](const SampleTask& task) {
         std::optional<SamplePart> part = parts.read(task.sample_idx, task.pair);
         require(part.has_value(), "{}: the part of sample {} cannot be read back", parts.path(), task.sample_idx);
+        return std::move(*part);
+    };
+    std::vector<SampleTask> stored;
+    for (const SampleTask& task : tasks) {
+        const SamplePart part = read(task);
+        if (!part.failure.empty()) {
+            set.failures.push_back({task.pair, task.split, part.failure});
+            continue;
+        }
+        stored.push_back(task);
         set.pairs.push_back(task.pair);
         set.pair_splits.push_back(task.split);
-        set.vertices.push_back(std::move(part->vertices));
-        for (const auto& [name, value] : part->statistics) set.statistics[name].push_back(value);
+        set.stop_reasons.push_back(part.stop_reason);
+        for (const auto& [name, value] : part.statistics) set.statistics[name].push_back(value);
     }
-    return set;
+    write_deformations(output, set, provenance,
+                       [&](int sample_idx) { return read(stored[static_cast<std::size_t>(sample_idx)]).vertices; });
+}
+
+/// Whether `output` holds these tasks already. Throws InputError when it holds something else.
+bool is_complete(const std::string& output, const std::string& key, const std::vector<SampleTask>& tasks)
+{
+    if (!std::filesystem::exists(output)) return false;
+    const DeformationSet set = open_deformations(output);
+    const auto found = set.attributes.find("simulation_key");
+    require_input(found != set.attributes.end() && found->second == key,
+                  "{}: was made by another program version, from other inputs or with other options; --force replaces "
+                  "it",
+                  output);
+    std::set<std::tuple<std::string, int, int>> stored;
+    for (std::size_t i = 0; i < set.pairs.size(); ++i) {
+        stored.emplace(set.pair_splits[i], set.pairs[i].body_idx, set.pairs[i].pose_idx);
+    }
+    for (const FailedSample& failure : set.failures) {
+        stored.emplace(failure.split, failure.pair.body_idx, failure.pair.pose_idx);
+    }
+    bool same = stored.size() == tasks.size();
+    for (const SampleTask& task : tasks) {
+        same = same && stored.count({task.split, task.pair.body_idx, task.pair.pose_idx}) == 1;
+    }
+    require_input(same, "{}: holds the {} samples of another shard; --force replaces it", output, stored.size());
+    return true;
 }
 
 double mean(const std::vector<double>& values)
@@ -139,14 +237,27 @@ std::string simulation_key(const SimulationOptions& options, const Provenance& p
     return sha256(text);
 }
 
+std::string convergence_text(const SimulationOptions& options)
+{
+    return fmt::format("out-of-balance force <= {:g} of all element forces, or <= {:g} N",
+                       options.newton.relative_tolerance, options.newton.absolute_tolerance_newton);
+}
+
 DeformationSet simulate_samples(const Template& body_template, const BodySet& bodies, const PoseSet& poses,
                                 const std::vector<SampleTask>& tasks, const SimulationOptions& options,
                                 const std::string& output, const Provenance& provenance,
-                                const std::function<bool()>& stop)
+                                const std::function<bool()>& stop, bool force)
 {
     options.check();
     for (const SampleTask& task : tasks) require_pair(task.pair, bodies.bodies.size(), poses.poses.size());
-    const PartFolder parts(output, simulation_key(options, provenance), body_template.num_volume_vertices());
+    const std::string key = simulation_key(options, provenance);
+    if (!force && is_complete(output, key, tasks)) {
+        log_info("{} holds all {} samples already", output, tasks.size());
+        // A run killed after its last step may have left its parts.
+        if (parts_status(output)) PartFolder(output, key, body_template.num_volume_vertices(), true).remove();
+        return open_deformations(output);
+    }
+    const PartFolder parts(output, key, body_template.num_volume_vertices(), force);
     const std::vector<SampleTask> open = open_tasks(tasks, parts);
     if (open.size() < tasks.size()) {
         log_info("{} of {} samples stand already in {}", tasks.size() - open.size(), tasks.size(), parts.path());
@@ -161,30 +272,16 @@ DeformationSet simulate_samples(const Template& body_template, const BodySet& bo
     const ParallelLevels levels(threads > 1 ? 1 : 0);
 #pragma omp parallel num_threads(threads)
     try {
-        std::unique_ptr<Simulator> simulator;
-        int body_idx = -1;
+        std::unique_ptr<Worker> worker;
         while (!stopped) {
             if (next >= open.size()) break;
             if (stop()) stopped = true;
             const std::size_t place = stopped ? open.size() : next++;
             if (place >= open.size()) break;
             const SampleTask& task = open[place];
-            const double start = thread_seconds();
-            if (!simulator) simulator = std::make_unique<Simulator>(body_template, options);
-            if (task.pair.body_idx != body_idx) {
-                body_idx = task.pair.body_idx;
-                simulator->set_body(bodies.bodies[static_cast<std::size_t>(body_idx)]);
-            }
-            const SimulationResult result =
-                simulator->simulate(poses.poses[static_cast<std::size_t>(task.pair.pose_idx)]);
-            const SamplePart part = make_part(task.pair, result, thread_seconds() - start);
-            if (!result.newton.converged()) {
-                log_warning(
-                    "sample {} (body {}, pose {}) did not converge: Newton's method {} at a relative residual "
-                    "of {:.1e} after {} iterations",
-                    task.sample_idx, task.pair.body_idx, task.pair.pose_idx, describe(result.newton.stop),
-                    result.newton.residual_relative, result.newton.iterations);
-            }
+            if (!worker) worker = std::make_unique<Worker>(body_template, bodies, poses, options);
+            const SamplePart part = worker->simulate(task.pair);
+            report_trouble(task, part);
             const std::lock_guard<std::mutex> lock(mutex);
             parts.write(task.sample_idx, part, provenance);
             progress.advance();
@@ -199,70 +296,64 @@ DeformationSet simulate_samples(const Template& body_template, const BodySet& bo
         throw Interrupted(fmt::format(
             "interrupted; finished samples are kept in {}, the same command goes on from there", parts.path()));
     }
-    DeformationSet set = collect(tasks, parts, body_template.num_volume_vertices());
-    write_deformations(output, set, provenance);
+    DeformationSet head;
+    head.method = "FEM";
+    head.num_volume_vertices = body_template.num_volume_vertices();
+    head.attributes = {{"simulation_key", key}, {"convergence_criterion", convergence_text(options)}};
+    collect(tasks, parts, head, output, provenance);
     parts.remove();
-    return set;
-}
-
-DeformationSet merge_shards(const std::vector<std::string>& shard_paths, const Splits& splits)
-{
-    using PairKey = std::tuple<std::string, int, int>;
-    std::vector<DeformationSet> shards;
-    std::map<PairKey, std::pair<std::size_t, std::size_t>> places;
-    for (const std::string& path : shard_paths) {
-        DeformationSet shard = read_deformations(path);
-        require_input(shards.empty() || shard.num_volume_vertices == shards.front().num_volume_vertices,
-                      "{}: samples have {} vertices, those of {} have {}", path, shard.num_volume_vertices,
-                      shard_paths.front(), shards.empty() ? 0 : shards.front().num_volume_vertices);
-        for (std::size_t i = 0; i < shard.pairs.size(); ++i) {
-            const SamplePair& pair = shard.pairs[i];
-            const bool is_new =
-                places.emplace(PairKey{shard.pair_splits[i], pair.body_idx, pair.pose_idx}, std::pair{shards.size(), i})
-                    .second;
-            require_input(is_new, "{}: body {} in pose {} of split {} stands in another shard already", path,
-                          pair.body_idx, pair.pose_idx, shard.pair_splits[i]);
-        }
-        shards.push_back(std::move(shard));
-    }
-    require_input(!shards.empty(), "no shards are given to merge");
-
-    DeformationSet merged;
-    merged.method = shards.front().method;
-    merged.num_volume_vertices = shards.front().num_volume_vertices;
-    const std::vector<SampleTask> tasks = sample_tasks(splits, Shard{});
-    for (const SampleTask& task : tasks) {
-        const auto found = places.find(PairKey{task.split, task.pair.body_idx, task.pair.pose_idx});
-        require_input(found != places.end(), "no shard has body {} in pose {} of split {}", task.pair.body_idx,
-                      task.pair.pose_idx, task.split);
-        DeformationSet& shard = shards[found->second.first];
-        const std::size_t place = found->second.second;
-        merged.pairs.push_back(task.pair);
-        merged.pair_splits.push_back(task.split);
-        merged.vertices.push_back(std::move(shard.vertices[place]));
-        for (const auto& [name, values] : shard.statistics) merged.statistics[name].push_back(values[place]);
-    }
-    require_input(tasks.size() == places.size(), "the shards have {} samples, the splits {}", places.size(),
-                  tasks.size());
-    return merged;
+    return open_deformations(output);
 }
 
 SimulationSummary summarize_simulation(const DeformationSet& set)
 {
-    require(set.size() > 0, "there are no samples to summarize");
     SimulationSummary summary;
     summary.samples = set.size();
-    std::vector<double> iterations = set.statistics.at("iterations");
-    summary.converged_share = mean(set.statistics.at("converged"));
+    summary.failed = static_cast<int>(set.failures.size());
+    if (set.size() == 0) return summary;
+    const auto statistic = [&](const std::string& name) -> const std::vector<double>& {
+        const auto found = set.statistics.find(name);
+        require_input(found != set.statistics.end(), "the {} samples have no statistic {}, so they were not simulated",
+                      set.method, name);
+        return found->second;
+    };
+    std::vector<double> iterations = statistic("iterations");
+    summary.converged_share = mean(statistic("converged")) * set.size() / (set.size() + summary.failed);
     summary.iterations_mean = mean(iterations);
     std::nth_element(iterations.begin(), iterations.begin() + set.size() / 2, iterations.end());
     summary.iterations_median = iterations[static_cast<std::size_t>(set.size() / 2)];
-    summary.seconds_mean = mean(set.statistics.at("seconds"));
-    summary.inverted_prisms_mean = mean(set.statistics.at("inverted_prisms"));
-    const std::vector<double>& residuals = set.statistics.at("residual_relative");
+    summary.seconds_mean = mean(statistic("seconds"));
+    const std::vector<double>& inverted = statistic("inverted_prisms");
+    summary.inverted_prisms_mean = mean(inverted);
+    summary.without_inverted_share =
+        static_cast<double>(std::count(inverted.begin(), inverted.end(), 0.0)) / set.size();
+    const std::vector<double>& residuals = statistic("residual_relative");
     summary.residual_relative_max = *std::max_element(residuals.begin(), residuals.end());
-    for (const double steps : set.statistics.at("load_steps")) summary.load_stepped += steps > 0;
+    for (const double steps : statistic("load_steps")) summary.load_stepped += steps > 0;
     return summary;
+}
+
+std::string simulation_report(const SimulationSummary& summary, const DeformationSet& set)
+{
+    const auto criterion = set.attributes.find("convergence_criterion");
+    return fmt::format(
+        "{} samples, {} failed, {:.2f} % converged{}\n"
+        "iterations: mean {:.1f}, median {:.0f}; {} in load steps; {:.2f} core-seconds a sample; "
+        "{:.2f} inverted prisms a sample, none in {:.2f} %\n",
+        summary.samples, summary.failed, 100 * summary.converged_share,
+        criterion == set.attributes.end() ? "" : " (" + criterion->second + ")", summary.iterations_mean,
+        summary.iterations_median, summary.load_stepped, summary.seconds_mean, summary.inverted_prisms_mean,
+        100 * summary.without_inverted_share);
+}
+
+void require_converged(const SimulationSummary& summary, double min_converged)
+{
+    if (summary.converged_share < min_converged) {
+        throw QualityError(
+            fmt::format("{:.2f} % of the samples converged, fewer than {:.2f} %; largest relative "
+                        "residual {:.1e}",
+                        100 * summary.converged_share, 100 * min_converged, summary.residual_relative_max));
+    }
 }
 
 }  // namespace ndg

@@ -54,7 +54,7 @@ TrainingSet::TrainingSet(const Template& body_template, const BodySet& bodies, c
                 ++num_unconverged_;
                 continue;
             }
-            samples_.push_back({pair, &set.vertices[i]});
+            samples_.push_back({pair, &set, static_cast<int>(i)});
         }
     }
     require_input(!samples_.empty(), "the samples hold no converged simulation of the split \"{}\" ({} unconverged)",
@@ -101,8 +101,9 @@ void TrainingSet::compute(int sample_idx, float* target) const
     const Pose& pose = poses_->poses[static_cast<std::size_t>(sample.pair.pose_idx)];
     const std::vector<Eigen::Matrix3d> rotations =
         reference_rotations(template_->skeleton, prism_weights_, pose, rotation_);
+    const std::vector<float> stored = sample.set->coordinates(sample.place);
     const Eigen::Map<const Eigen::Matrix<float, Eigen::Dynamic, 3, Eigen::RowMajor>> vertices(
-        sample.vertices->data(), template_->num_volume_vertices(), 3);
+        stored.data(), template_->num_volume_vertices(), 3);
     for (Eigen::Index p = 0; p < template_->prisms.rows(); ++p) {
         PrismVertices posed;
         for (int k = 0; k < 6; ++k) posed.row(k) = vertices.row(template_->prisms(p, k)).cast<double>();
@@ -129,7 +130,8 @@ std::string TrainingSet::digest() const
     std::string digests = sha256(bytes_of(features_.data(), static_cast<std::size_t>(features_.size())));
     for (const Sample& sample : samples_) {
         digests += fmt::format(" {} {} ", sample.pair.body_idx, sample.pair.pose_idx);
-        digests += sha256(bytes_of(sample.vertices->data(), sample.vertices->size()));
+        const std::vector<float> stored = sample.set->coordinates(sample.place);
+        digests += sha256(bytes_of(stored.data(), stored.size()));
     }
     return sha256(digests);
 }

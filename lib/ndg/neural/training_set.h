@@ -14,7 +14,8 @@
 namespace ndg {
 
 /// The samples of one split. Only simulations that converged are used (statistic "converged" = 1; sets without that
-/// statistic are used whole). Keeps references to all of its sources, which must outlive it.
+/// statistic are used whole). Keeps references to all of its sources, which must outlive it; sets that were only opened
+/// are read sample by sample.
 class TrainingSet {
 public:
     /// Targets are computed from the stored vertices once and kept as long as they fit in `cache_gigabytes`, otherwise
@@ -40,7 +41,8 @@ public:
 private:
     struct Sample {
         SamplePair pair;
-        const std::vector<float>* vertices;
+        const DeformationSet* set;
+        int place;  ///< in the set
     };
     void compute(int sample_idx, float* target) const;
 

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+// Datasets whose slices lie in other HDF5 files (HDF5's virtual datasets).
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+namespace ndg {
+
+/// A file that holds slices of a virtual dataset, in a dataset of the same name.
+struct VirtualSource {
+    std::string path;                 ///< relative to the folder of the virtual dataset's file
+    std::size_t num_slices = 0;       ///< that the source's dataset has
+    std::vector<std::size_t> slices;  ///< of the source, in the order of `places`
+    std::vector<std::size_t> places;  ///< where they stand in the virtual dataset; ascending
+};
+
+/// Adds a float32 dataset of the given shape to an HDF5 file that nobody reads yet. What no source covers, or lies in a
+/// source that is lost, reads as not-a-number, which every reader of this project refuses. Throws Error.
+void add_virtual_dataset(const std::string& path, const std::string& name, const std::vector<std::size_t>& shape,
+                         const std::vector<VirtualSource>& sources, const std::string& description);
+
+/// Paths of the files a dataset's slices lie in, as the dataset names them, each once; empty if it is not virtual.
+/// Throws InputError if there is no such dataset.
+std::vector<std::string> virtual_sources(const std::string& path, const std::string& name);
+
+}  // namespace ndg
