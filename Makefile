@@ -45,6 +45,7 @@ test-asan: ## the tests that need no libtorch, under address and undefined-behav
 	ctest --test-dir build/asan --output-on-failure --no-tests=error
 
 include pipelines/dataset.mk
+include pipelines/bodies.mk
 include pipelines/train.mk
 include pipelines/eval.mk
 

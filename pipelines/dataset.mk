@@ -17,14 +17,12 @@ BODYPARTS3D = $(if $(filter anatomy,$(SOURCE)),--bodyparts3d "$(DATA)/bodyparts3
 STAGE = @pipelines/stage.sh $(OUT)
 RUN = --config $(CONFIG) --force
 
-.PHONY: templates bodies poses dataset
+.PHONY: templates poses dataset
 
 templates: build ## templates of every source and size with their checks, out/templates/<source>-<sex>-<preset>.{h5,txt}
 	$(if $(DATA),,@echo "without DATA=<folder> only the procedural body is built")
 	@$(MAKE) --no-print-directory $(TEMPLATE_CHECKS)
 	@tail -n +1 $(TEMPLATE_CHECKS)
-bodies: build ## sampled people with layers, out/<preset>/bodies.h5
-	@$(MAKE) --no-print-directory $(OUT)/bodies.h5
 poses: build ## motion capture on our skeleton and its farthest-point subset, out/<preset>/poses.{h5,png}
 	@$(MAKE) --no-print-directory $(OUT)/poses.h5 $(OUT)/poses.png
 dataset: build ## FEM samples, out/<preset>/fem.h5

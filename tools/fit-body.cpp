@@ -3,84 +3,42 @@
 #include "ndg/core/file.h"
 #include "ndg/core/interrupt.h"
 #include "ndg/core/tool.h"
-#include "ndg/registration/fit_batch.h"
-#include "ndg/registration/fit_errors.h"
-#include "ndg/registration/fit_report.h"
+#include "ndg/registration/batch_report.h"
 #include "ndg/registration/people.h"
 
 #include <fmt/format.h>
 
 #include <cstdio>
 
-namespace {
-
-using namespace ndg;
-
-/// Distances to the truth, one line a body and one for all.
-void print_errors(const std::vector<BatchEntry>& entries, const ScanTruth& truth,
-                  const Eigen::Ref<const Triangles>& triangles)
-{
-    FitErrors sum;
-    int count = 0;
-    for (const BatchEntry& entry : entries) {
-        const TrueBody* body = entry.failure.empty() ? truth.find(entry.fitted.body.name) : nullptr;
-        if (body == nullptr) continue;
-        const FitErrors e = measure_errors(entry.fitted, *body, triangles);
-        fmt::print(
-            "{}: true surface mean {:.2f}, 95 % {:.2f}, max {:.1f} mm; correspondence {:.2f} mm; joints mean "
-            "{:.1f}, max {:.1f} mm ({})\n",
-            body->name, 1e3 * e.surface_mean, 1e3 * e.surface_p95, 1e3 * e.surface_max, 1e3 * e.correspondence_mean,
-            1e3 * e.joint_mean, 1e3 * e.joint_max, e.worst_joint);
-        sum.surface_mean += e.surface_mean;
-        sum.surface_p95 += e.surface_p95;
-        sum.correspondence_mean += e.correspondence_mean;
-        sum.joint_mean += e.joint_mean;
-        ++count;
-    }
-    if (count == 0) return;
-    fmt::print(
-        "truth, mean of {} bodies: surface mean {:.2f}, 95 % {:.2f} mm; correspondence {:.2f} mm; joints {:.1f} "
-        "mm\n",
-        count, 1e3 * sum.surface_mean / count, 1e3 * sum.surface_p95 / count, 1e3 * sum.correspondence_mean / count,
-        1e3 * sum.joint_mean / count);
-}
-
-std::string report_file(const std::vector<BatchEntry>& entries)
-{
-    std::string text = "[\n";
-    for (std::size_t i = 0; i < entries.size(); ++i) {
-        text += entries[i].failure.empty() ? report_json(entries[i].fitted.report)
-                                           : failure_json(entries[i].file, entries[i].failure);
-        text += i + 1 < entries.size() ? ",\n" : "\n";
-    }
-    return text + "]\n";
-}
-
-}  // namespace
-
 int main(int argc, char** argv)
 {
+    using namespace ndg;
     Tool tool("fit-body",
               "Fits the template's skin to scans of people, meshes or point clouds, and brings it to the template's "
               "pose.",
               "fit-body --template template.h5 --scan scan.obj --output skins.h5");
-    std::string template_path, output, poses, report, people, examples, truth_path;
+    std::string template_path, output, poses, report_path, people, examples, truth_path;
     std::vector<std::string> scans;
     BatchOptions batch;
     FitOptions options;
     Person person;
+    bool keep_failed = false;
+    double min_passed = 1.0;
     tool.input("template", template_path, "template file");
     tool.input("scan", scans, "OBJ, PLY, OFF, STL or GLB files, or folders of them");
     tool.input("landmarks", batch.landmarks,
                "JSON file {name: [x, y, z]} in the scan's axes, or folder of NAME.json; without it none are needed",
                false);
     tool.input("people", people, "JSON file {name: {\"sex\": 0 to 1, \"age_years\": ...}}", false);
-    tool.input("joint-examples", examples,
-               "skins of the template with known joints (sample-bodies), from which joint centres are learned", false);
+    tool.input(
+        "examples", examples,
+        "skins of the template with known joints (sample-bodies), from which joint centres are learned and start "
+        "shapes are taken",
+        false);
     tool.input("truth", truth_path, "truth of simulated scans, to print errors", false);
-    tool.output("output", output, "skins file to write");
+    tool.output("output", output, "skins file to write: the bodies that pass the gate");
     tool.output("poses", poses, "file for the poses that bring the skins back onto the scans", false);
-    tool.output("report", report, "JSON file for the reports", false);
+    tool.output("report", report_path, "JSON file for the reports", false);
     tool.parameter("surfaces", batch.surfaces, "folder for the fitted skins in the scans' places, NAME.ply");
     tool.parameter("unit", options.scan.unit, "unit of the scans", [] {
         std::vector<std::string> units = scan_units();
@@ -103,6 +61,8 @@ int main(int argc, char** argv)
                    1e-5, 0.1);
     tool.parameter("min-coverage", options.min_coverage, "gate: share of the scan near the skin", 0.0, 1.0);
     tool.parameter("min-seen", options.min_seen, "gate: share of the skin that the scan shows", 0.0, 1.0);
+    tool.parameter("keep-failed", keep_failed, "write bodies that miss the gate too");
+    tool.parameter("min-passed", min_passed, "exit code 3 when a smaller share of the scans passes", 0.0, 1.0);
     return tool.run(argc, argv, [&] {
         catch_interrupts();
         const Template body_template = read_template(template_path);
@@ -126,33 +86,28 @@ int main(int argc, char** argv)
         const std::vector<BatchEntry> entries =
             fit_batch(fitter, files, options, body_template.skin_triangles, batch, interrupt_requested);
 
-        std::size_t fitted = 0, passed = 0;
-        for (const BatchEntry& entry : entries) {
-            const bool has_body = entry.failure.empty();
-            fitted += has_body;
-            passed += has_body && entry.fitted.report.defects.empty();
-            fmt::print("{}\n", has_body ? report_line(entry.fitted.report) : "FAILED: " + entry.failure);
-        }
-        if (!report.empty()) write_file(report, report_file(entries));
-        // A single scan that cannot be read is wrong input, not a gate that failed.
-        if (fitted == 0) {
+        const BatchReport report(entries, truth, body_template.skin_triangles);
+        fmt::print("{}", report.text(entries));
+        if (!report_path.empty()) write_file(report_path, report.json(entries));
+        const std::size_t kept = keep_failed ? report.fitted : report.passed;
+        if (kept == 0) {
             remove_parts(batch);
-            require_input(entries.size() > 1, "{}", entries.front().failure);
-            throw QualityError(fmt::format("none of the {} scans could be fitted", entries.size()));
+            // A single scan that cannot be read is wrong input, not a gate that failed.
+            require_input(entries.size() > 1 || report.fitted > 0, "{}", entries.front().failure);
+            throw QualityError(fmt::format("none of the {} scans passes, {} is not written", entries.size(), output));
         }
-        BodySet skins = batch_skins(entries, [&](const std::string& name) {
+        BodySet skins = batch_skins(entries, keep_failed, [&](const std::string& name) {
             const auto found = known.find(name);
             const Person& p = found == known.end() ? person : found->second;
             return std::make_pair(p.sex, p.age_years);
         });
         skins.template_sha256 = body_template.file_sha256;
         write_skins(output, skins, provenance);
-        if (!poses.empty()) write_poses(poses, batch_poses(entries), provenance);
+        if (!poses.empty()) write_poses(poses, batch_poses(entries, keep_failed), provenance);
         remove_parts(batch);
-        print_errors(entries, truth, body_template.skin_triangles);
-        fmt::print("{} of {} scans fitted, {} pass the gate\n", fitted, entries.size(), passed);
-        if (passed < entries.size()) {
-            throw QualityError(fmt::format("{} of {} scans did not pass", entries.size() - passed, entries.size()));
+        if (report.passed_share() < min_passed) {
+            throw QualityError(
+                fmt::format("{} of {} scans did not pass", entries.size() - report.passed, entries.size()));
         }
     });
 }

@@ -3,6 +3,7 @@
 #include "ndg/core/error.h"
 #include "ndg/core/tool.h"
 #include "ndg/io/mesh.h"
+#include "ndg/registration/people.h"
 #include "ndg/registration/scan_simulation.h"
 #include "ndg/registration/scan_truth.h"
 
@@ -17,13 +18,14 @@ int main(int argc, char** argv)
               "Scans skins as a body scanner would: other triangulation, noise, holes, another pose and place; keeps "
               "the truth.",
               "simulate-scans --template template.h5 --skins skins.h5 --scans scans --output truth.h5");
-    std::string template_path, skins_path, folder, output, unit = "m", up = "y";
+    std::string template_path, skins_path, folder, output, people, unit = "m", up = "y";
     ScanSimulationOptions options;
     int first = 0, count = 0;
     tool.input("template", template_path, "template file");
     tool.input("skins", skins_path, "skins in the template's tessellation");
     tool.parameter("scans", folder, "folder for the scans, NAME.ply each; made if need be");
     tool.output("output", output, "file for the true posed skins and joints");
+    tool.output("people", people, "JSON file for sex and age of the bodies, as fit-body reads it", false);
     tool.parameter("points", options.points, "points of a scan, about", 2000, 5000000);
     tool.parameter("noise", options.noise, "standard deviation of the noise along the normal, m", 0.0, 0.02);
     tool.parameter("pose-angle", options.pose_angle, "shoulders, elbows, hips and knees turn by up to this, degrees", 0,
@@ -59,6 +61,7 @@ int main(int argc, char** argv)
             truth.bodies.push_back({body.name, std::move(simulated.posed_skin), std::move(simulated.posed_joints),
                                     body.skin_vertices, body.joint_positions});
         }
+        if (!people.empty()) write_people(people, skins, skins_path);
         write_scan_truth(output, truth, tool.provenance());
         fmt::print("scans: {} of {} points in the mean\n", truth.bodies.size(), points / truth.bodies.size());
     });

@@ -3,6 +3,7 @@
 
 #include "ndg/core/error.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numeric>
 #include <utility>
@@ -12,7 +13,9 @@ namespace {
 
 constexpr double radian = EIGEN_PI / 180.0;
 /// Standard deviations of the logarithms of the parts' scales.
-constexpr double length_deviation = 0.07, girth_deviation = 0.15, extremity_deviation = 0.06;
+constexpr double length_deviation = 0.03, girth_deviation = 0.15, extremity_deviation = 0.05;
+/// Joints follow the breadth and depth of a part of the trunk with this exponent: fat lies outside them.
+constexpr double joint_share = 0.5;
 constexpr double difference_step = 1e-5;
 
 Eigen::Matrix3d rotation_of(const Eigen::Vector3d& rotation_vector)
@@ -43,6 +46,44 @@ Eigen::Vector3d blend(const SkinningWeights& weights, int row, const Motion& mot
 
 }  // namespace
 
+/// What the parameters make of offsets from a joint.
+class ArticulatedModel::Scale {
+public:
+    Scale(const JointPart& joint, PartKind kind, const Eigen::VectorXd& logarithms, double overall) : joint_(&joint)
+    {
+        const Eigen::VectorXd factors = overall * logarithms.array().exp().matrix();
+        is_limb_ = kind == PartKind::limb;
+        if (kind == PartKind::trunk) {
+            flesh_ = factors;
+            bone_ = Eigen::Vector3d(overall * std::exp(joint_share * logarithms[0]), factors[1],
+                                    overall * std::exp(joint_share * logarithms[2]));
+        } else if (kind == PartKind::whole) {
+            flesh_ = bone_ = Eigen::Vector3d::Constant(factors[0]);
+        } else {
+            bone_ = Eigen::Vector3d::Constant(factors[0]);
+            begin_ = logarithms[1];
+            change_ = logarithms[2] - logarithms[1];
+            overall_ = overall;
+        }
+    }
+    /// From this joint to the next one.
+    Eigen::Vector3d bone(const Eigen::Vector3d& offset) const { return bone_.cwiseProduct(offset); }
+    /// From this joint to a skin vertex of the template.
+    Eigen::Vector3d flesh(const Eigen::Vector3d& vertex, const Eigen::Vector3d& offset) const
+    {
+        if (!is_limb_) return flesh_.cwiseProduct(offset);
+        const double share = std::clamp((vertex - joint_->origin).dot(joint_->direction) / joint_->length, 0.0, 1.0);
+        const double across = overall_ * std::exp(begin_ + share * change_);
+        return across * offset + (bone_[0] - across) * offset.dot(joint_->direction) * joint_->direction;
+    }
+
+private:
+    const JointPart* joint_;
+    bool is_limb_ = false;
+    Eigen::Vector3d flesh_ = Eigen::Vector3d::Ones(), bone_ = Eigen::Vector3d::Ones();
+    double begin_ = 0.0, change_ = 0.0, overall_ = 1.0;
+};
+
 void ArticulatedModel::add_turn(const std::vector<std::string>& joints, double degrees_across, double degrees_along,
                                 const Eigen::Vector3d& axis, std::vector<Eigen::Matrix3d>& priors)
 {
@@ -62,53 +103,51 @@ ArticulatedModel::ArticulatedModel(SkinnedSurface skin) : skin_(std::move(skin))
             skin_.joint_positions.rows(), skeleton.num_joints());
     const auto joint_count = static_cast<std::size_t>(skeleton.num_joints());
 
-    // Parts, and where their bones point to. Joints not named go with their parent.
+    // Parts, and where their bones end. Joints not named go with their parent.
     struct PartRow {
+        PartKind kind;
         std::vector<std::string> joints;
-        int kind;
-        std::string end;  ///< of the bone, for the first joint; empty: upwards
+        std::string end;
     };
-    const std::vector<PartRow> rows = {{{"pelvis", "spine_1", "spine_2"}, 3, ""},
-                                       {{"spine_3", "spine_4", "spine_5"}, 3, ""},
-                                       {{"neck_1", "neck_2"}, 2, ""},
-                                       {{"head"}, 1, ""},
-                                       {{"upper_arm"}, 2, "forearm"},
-                                       {{"forearm", "forearm_twist"}, 2, "hand"},
-                                       {{"hand"}, 1, ""},
-                                       {{"thigh"}, 2, "shin"},
-                                       {{"shin"}, 2, "foot"},
-                                       {{"foot"}, 1, ""}};
-    part_of_joint_.assign(joint_count, -1);
-    axis_of_joint_.assign(joint_count, Eigen::Vector3d::UnitY());
+    const std::vector<PartRow> rows = {{PartKind::trunk, {"pelvis"}, ""},
+                                       {PartKind::trunk, {"spine_1", "spine_2"}, ""},
+                                       {PartKind::trunk, {"spine_3", "spine_4"}, ""},
+                                       {PartKind::trunk, {"spine_5"}, ""},
+                                       {PartKind::limb, {"neck_1", "neck_2"}, "head"},
+                                       {PartKind::whole, {"head"}, ""},
+                                       {PartKind::limb, {"upper_arm"}, "forearm"},
+                                       {PartKind::limb, {"forearm", "forearm_twist"}, "hand"},
+                                       {PartKind::whole, {"hand"}, ""},
+                                       {PartKind::limb, {"thigh"}, "shin"},
+                                       {PartKind::limb, {"shin"}, "foot"},
+                                       {PartKind::whole, {"foot"}, ""}};
     const auto sided = [](const std::string& name, const std::string& side) {
         const bool middle =
             name == "pelvis" || name == "head" || name.rfind("spine", 0) == 0 || name.rfind("neck", 0) == 0;
         return middle ? name : side + name;
     };
-    int parameter = 0;
+    joint_parts_.resize(joint_count);
+    int num_scales = 0;
     for (std::size_t p = 0; p < rows.size(); ++p) {
-        parts_.push_back({parameter, rows[p].kind});
-        parameter += rows[p].kind;
+        parts_.push_back({rows[p].kind, num_scales});
+        num_scales += parts_.back().num_parameters();
         for (const std::string side : {"left_", "right_"}) {
-            Eigen::Vector3d axis = Eigen::Vector3d::UnitY();
+            JointPart part;
+            part.part = static_cast<int>(p);
+            part.origin = skin_.joint_positions.row(skeleton.joint(sided(rows[p].joints.front(), side))).transpose();
             if (!rows[p].end.empty()) {
-                axis = (skin_.joint_positions.row(skeleton.joint(side + rows[p].end)) -
-                        skin_.joint_positions.row(skeleton.joint(side + rows[p].joints.front())))
-                           .transpose()
-                           .normalized();
+                const Eigen::Vector3d bone =
+                    skin_.joint_positions.row(skeleton.joint(sided(rows[p].end, side))).transpose() - part.origin;
+                part.length = bone.norm();
+                part.direction = bone / part.length;
             }
             for (const std::string& joint : rows[p].joints) {
-                const auto j = static_cast<std::size_t>(skeleton.joint(sided(joint, side)));
-                part_of_joint_[j] = static_cast<int>(p);
-                axis_of_joint_[j] = axis;
+                joint_parts_[static_cast<std::size_t>(skeleton.joint(sided(joint, side)))] = part;
             }
         }
     }
     for (std::size_t j = 0; j < joint_count; ++j) {
-        if (part_of_joint_[j] >= 0) continue;
-        const auto parent = static_cast<std::size_t>(skeleton.parents[j]);
-        part_of_joint_[j] = part_of_joint_[parent];
-        axis_of_joint_[j] = axis_of_joint_[parent];
+        if (joint_parts_[j].part < 0) joint_parts_[j] = joint_parts_[static_cast<std::size_t>(skeleton.parents[j])];
     }
 
     std::vector<Eigen::Matrix3d> priors;
@@ -118,7 +157,7 @@ ArticulatedModel::ArticulatedModel(SkinnedSurface skin) : skin_(std::move(skin))
     add_turn({"neck_1", "neck_2", "head"}, 12.0, 8.0, up, priors);
     for (const std::string side : {"left_", "right_"}) {
         const auto axis = [&](const std::string& joint) {
-            return axis_of_joint_[static_cast<std::size_t>(skeleton.joint(side + joint))];
+            return joint_parts_[static_cast<std::size_t>(skeleton.joint(side + joint))].direction;
         };
         // A surface says little of a limb's twist about its own bone.
         add_turn({side + "clavicle"}, 4.0, 2.0, Eigen::Vector3d::UnitX(), priors);
@@ -130,48 +169,42 @@ ArticulatedModel::ArticulatedModel(SkinnedSurface skin) : skin_(std::move(skin))
         add_turn({side + "foot"}, 10.0, 6.0, axis("shin"), priors);
     }
     scale_begin_ = rotation_begin() + 3 * static_cast<int>(turns_.size());
-    for (Part& part : parts_) part.parameter += scale_begin_;
-    prior_ = Eigen::MatrixXd::Zero(scale_begin_ + parameter, scale_begin_ + parameter);
+    prior_ = Eigen::MatrixXd::Zero(scale_begin_ + num_scales, scale_begin_ + num_scales);
     for (std::size_t t = 0; t < turns_.size(); ++t) {
         prior_.block<3, 3>(turns_[t].parameter, turns_[t].parameter) = priors[t];
     }
-    for (const Part& part : parts_) {
-        for (int k = 0; k < part.kind; ++k) {
-            const bool length = part.kind == 3 ? k == 1 : k == 0;
-            const double deviation = part.kind == 1 ? extremity_deviation : length ? length_deviation : girth_deviation;
+    for (Part& part : parts_) {
+        part.parameter += scale_begin_;
+        const int length = part.kind == PartKind::trunk ? 1 : part.kind == PartKind::limb ? 0 : -1;
+        for (int k = 0; k < part.num_parameters(); ++k) {
+            const double deviation = length < 0    ? extremity_deviation
+                                     : k == length ? length_deviation
+                                                   : girth_deviation;
             prior_(part.parameter + k, part.parameter + k) = 1.0 / deviation;
         }
     }
 }
 
-std::vector<Eigen::Matrix3d> ArticulatedModel::part_scales(const Eigen::VectorXd& parameters) const
+std::vector<ArticulatedModel::Scale> ArticulatedModel::joint_scales(const Eigen::VectorXd& parameters) const
 {
-    std::vector<Eigen::Matrix3d> scales(part_of_joint_.size());
-    for (std::size_t j = 0; j < scales.size(); ++j) {
-        const Part& part = parts_[static_cast<std::size_t>(part_of_joint_[j])];
-        const Eigen::VectorXd factors = parameters.segment(part.parameter, part.kind).array().exp();
-        if (part.kind == 3) {
-            scales[j] = Eigen::Vector3d(factors).asDiagonal();
-        } else if (part.kind == 2) {
-            const Eigen::Matrix3d along = axis_of_joint_[j] * axis_of_joint_[j].transpose();
-            scales[j] = factors[0] * along + factors[1] * (Eigen::Matrix3d::Identity() - along);
-        } else {
-            scales[j] = factors[0] * Eigen::Matrix3d::Identity();
-        }
-        scales[j] *= std::exp(parameters[6]);
+    std::vector<Scale> scales;
+    for (const JointPart& joint : joint_parts_) {
+        const Part& part = parts_[static_cast<std::size_t>(joint.part)];
+        scales.emplace_back(joint, part.kind, parameters.segment(part.parameter, part.num_parameters()),
+                            std::exp(parameters[6]));
     }
     return scales;
 }
 
 Points ArticulatedModel::rest_joints(const Eigen::VectorXd& parameters) const
 {
-    const auto scales = part_scales(parameters);
+    const auto scales = joint_scales(parameters);
     const auto& parents = standard_skeleton().parents;
     Points joints = skin_.joint_positions;
     for (std::size_t j = 1; j < scales.size(); ++j) {
         const auto row = static_cast<Eigen::Index>(j), parent = static_cast<Eigen::Index>(parents[j]);
-        const Eigen::RowVector3d bone = skin_.joint_positions.row(row) - skin_.joint_positions.row(parent);
-        joints.row(row) = joints.row(parent) + bone * scales[static_cast<std::size_t>(parent)];
+        const Eigen::Vector3d bone = (skin_.joint_positions.row(row) - skin_.joint_positions.row(parent)).transpose();
+        joints.row(row) = joints.row(parent) + scales[static_cast<std::size_t>(parent)].bone(bone).transpose();
     }
     return joints;
 }
@@ -179,15 +212,16 @@ Points ArticulatedModel::rest_joints(const Eigen::VectorXd& parameters) const
 Points ArticulatedModel::rest_vertices(const Eigen::VectorXd& parameters, const std::vector<int>& rows) const
 {
     const std::vector<int>& wanted = rows.empty() ? all_rows(skin_.vertices.rows()) : rows;
-    const auto scales = part_scales(parameters);
+    const auto scales = joint_scales(parameters);
     const Points joints = rest_joints(parameters);
     Points result(static_cast<Eigen::Index>(wanted.size()), 3);
     for (std::size_t i = 0; i < wanted.size(); ++i) {
-        const Eigen::RowVector3d vertex = skin_.vertices.row(wanted[i]);
+        const Eigen::Vector3d vertex = skin_.vertices.row(wanted[i]).transpose();
         result.row(static_cast<Eigen::Index>(i)) =
             blend(skin_.weights, wanted[i], [&](std::size_t j) -> Eigen::Vector3d {
                 const auto row = static_cast<Eigen::Index>(j);
-                return (joints.row(row) + (vertex - skin_.joint_positions.row(row)) * scales[j]).transpose();
+                return joints.row(row).transpose() +
+                       scales[j].flesh(vertex, vertex - skin_.joint_positions.row(row).transpose());
             }).transpose();
     }
     return result;

@@ -9,9 +9,9 @@
 
 namespace ndg {
 
-/// The template's skin with a pose and proportions: every part of the body (trunk, neck, head, upper arm...) is scaled
-/// along and across its bone, the same left and right, and the joints turn. Fingers, toes, jaw and eyes go with hand,
-/// foot and head.
+/// The template's skin with a pose and proportions, the same left and right: every part of the trunk is scaled in
+/// breadth, height and depth, every limb along its bone and across it, at either end by another factor, head, hands and
+/// feet as wholes; and the joints turn. Fingers, toes, jaw and eyes go with hand, foot and head.
 ///
 /// Parameters, `num_parameters()` of them, all zero for the template as it stands: root rotation vector (world) and
 /// translation (m), logarithm of the overall scale, rotation vectors of the joints, logarithms of the parts' scales.
@@ -47,19 +47,32 @@ private:
         std::vector<int> joints;  ///< turn by equal shares
         int parameter;
     };
-    struct Part {
-        int parameter;
-        int kind;  ///< 3: scales along x, y, z; 2: along and across the axis; 1: uniform
+    enum class PartKind {
+        trunk,  ///< scales along x, y, z
+        limb,   ///< scales along the bone, across it where it begins, and where it ends
+        whole   ///< one scale
     };
+    struct Part {
+        PartKind kind;
+        int parameter;
+        int num_parameters() const { return kind == PartKind::whole ? 1 : 3; }
+    };
+    /// The part that goes with a joint.
+    struct JointPart {
+        int part = -1;
+        Eigen::Vector3d origin = Eigen::Vector3d::Zero();      ///< where the bone begins
+        Eigen::Vector3d direction = Eigen::Vector3d::UnitY();  ///< of the bone
+        double length = 1.0;
+    };
+    class Scale;
     void add_turn(const std::vector<std::string>& joints, double degrees_across, double degrees_along,
                   const Eigen::Vector3d& axis, std::vector<Eigen::Matrix3d>& priors);
-    std::vector<Eigen::Matrix3d> part_scales(const Eigen::VectorXd& parameters) const;
+    std::vector<Scale> joint_scales(const Eigen::VectorXd& parameters) const;
 
     SkinnedSurface skin_;
     std::vector<Turn> turns_;
     std::vector<Part> parts_;
-    std::vector<int> part_of_joint_;
-    std::vector<Eigen::Vector3d> axis_of_joint_;
+    std::vector<JointPart> joint_parts_;
     int scale_begin_ = 0;
     Eigen::MatrixXd prior_;
 };

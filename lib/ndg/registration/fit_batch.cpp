@@ -78,7 +78,17 @@ void fit_one(const BodyFitter& fitter, const FitOptions& fit_options, const Eige
     }
 }
 
+bool is_kept(const BatchEntry& entry, bool keep_failed)
+{
+    return keep_failed ? entry.failure.empty() : entry.passed();
+}
+
 }  // namespace
+
+std::string BatchEntry::name() const
+{
+    return stem(file);
+}
 
 std::vector<std::string> scan_files(const std::vector<std::string>& paths)
 {
@@ -150,29 +160,29 @@ void remove_parts(const BatchOptions& options)
     if (error) log_warning("{} could not be removed: {}", parts_folder(options), error.message());
 }
 
-BodySet batch_skins(const std::vector<BatchEntry>& entries,
+BodySet batch_skins(const std::vector<BatchEntry>& entries, bool keep_failed,
                     const std::function<std::pair<double, double>(const std::string&)>& person)
 {
     BodySet skins;
     skins.parameter_names = {"sex", "age_years", "stature_m", "fit_mean_m"};
     for (const BatchEntry& entry : entries) {
-        if (entry.failure.empty()) skins.bodies.push_back(entry.fitted.body);
+        if (is_kept(entry, keep_failed)) skins.bodies.push_back(entry.fitted.body);
     }
     skins.parameters.resize(static_cast<Eigen::Index>(skins.bodies.size()), 4);
     Eigen::Index row = 0;
     for (const BatchEntry& entry : entries) {
-        if (!entry.failure.empty()) continue;
+        if (!is_kept(entry, keep_failed)) continue;
         const auto [sex, age] = person(entry.fitted.body.name);
         skins.parameters.row(row++) << sex, age, entry.fitted.report.stature, entry.fitted.report.scan_to_skin_mean;
     }
     return skins;
 }
 
-PoseSet batch_poses(const std::vector<BatchEntry>& entries)
+PoseSet batch_poses(const std::vector<BatchEntry>& entries, bool keep_failed)
 {
     PoseSet poses;
     for (const BatchEntry& entry : entries) {
-        if (!entry.failure.empty()) continue;
+        if (!is_kept(entry, keep_failed)) continue;
         poses.poses.push_back(entry.fitted.pose);
         poses.clip_idx.push_back(static_cast<int>(poses.clip_names.size()));
         poses.frame_idx.push_back(0);

@@ -19,6 +19,10 @@ struct BatchEntry {
     std::string file;
     FittedBody fitted;
     std::string failure;  ///< empty: fitted
+    /// Of the body: the file's name without folder and extension.
+    std::string name() const;
+    /// Fitted, and the quality gate holds.
+    bool passed() const { return failure.empty() && fitted.report.defects.empty(); }
 };
 
 struct BatchOptions {
@@ -37,10 +41,10 @@ std::vector<BatchEntry> fit_batch(const BodyFitter& fitter, const std::vector<st
 /// Removes the parts of a batch that has been written.
 void remove_parts(const BatchOptions& options);
 
-/// Skins of the entries that were fitted, with parameters sex, age_years, stature_m and fit_mean_m, and their poses.
-/// `person`: sex (0 female, 1 male) and age of a name.
-BodySet batch_skins(const std::vector<BatchEntry>& entries,
+/// Skins of the entries that passed the gate (or, with `keep_failed`, of all that were fitted), with parameters sex,
+/// age_years, stature_m and fit_mean_m, and their poses. `person`: sex (0 female, 1 male) and age of a name.
+BodySet batch_skins(const std::vector<BatchEntry>& entries, bool keep_failed,
                     const std::function<std::pair<double, double>(const std::string&)>& person);
-PoseSet batch_poses(const std::vector<BatchEntry>& entries);
+PoseSet batch_poses(const std::vector<BatchEntry>& entries, bool keep_failed);
 
 }  // namespace ndg

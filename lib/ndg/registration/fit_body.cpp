@@ -110,8 +110,20 @@ BodyFitter::BodyFitter(const Template& body_template, const FitOptions& options,
       model_({body_template.rest.skin_vertices, body_template.skin_triangles, body_template.skin_weights,
               body_template.rest.joint_positions}),
       stiffness_(stiffness_weights(model_.skin(), options.armpit_factor, options.armpit_radius)),
-      regressor_(model_.skin().vertices, model_.skin().weights, model_.skin().joint_positions, examples)
+      regressor_(model_.skin().vertices, model_.skin().weights, model_.skin().joint_positions, examples),
+      starts_(model_.skin(), regressor_, examples)
 {
+}
+
+/// The registered skin brought to rest; `joints` (at rest) are estimated anew with it.
+Points BodyFitter::to_rest(const Points& registered, const Pose& pose, Points& joints) const
+{
+    Points rest;
+    for (int round = 0; round < joint_rounds; ++round) {
+        rest = unpose(registered, model_.skin().weights, forward_kinematics(standard_skeleton(), joints, pose));
+        if (round + 1 < joint_rounds) joints = regressor_.joints(rest);
+    }
+    return rest;
 }
 
 FittedBody BodyFitter::fit(const std::string& name, const ScanPoints& scan, const ScanLandmarks& landmarks) const
@@ -163,25 +175,39 @@ FittedBody BodyFitter::fit(const std::string& name, const ScanPoints& scan, cons
     parameters = fit_articulated(model_, *target, parameters, named.targets, articulated);
     log_debug("{}: pose and proportions after {:.2f} s", name, seconds());
 
-    Points registered = model_.posed_vertices(parameters);
     const Eigen::VectorXd areas = vertex_areas(skin.vertices, skin.triangles);
+    const ArticulatedModel* model = &model_;
+    std::optional<ArticulatedModel> start_model;
+    Points registered;
     for (int round = 0; round < options_.rounds; ++round) {
-        NonrigidFitOptions nonrigid = options_.nonrigid;
-        if (round > 0)
-            parameters = fit_articulated_to_vertices(model_, registered, areas, parameters, polish_iterations);
-        const Points reference = model_.posed_vertices(parameters);
-        registered = fit_nonrigid(reference, skin.triangles, *target, reference, stiffness_, nonrigid);
+        const bool from_example = round == 1 && !starts_.empty();
+        if (round > 0) {
+            parameters = fit_articulated_to_vertices(*model, registered, areas, parameters, polish_iterations);
+        }
+        if (from_example) {
+            Points joints = model->rest_joints(parameters);
+            const Points rest = to_rest(registered, model->pose(parameters), joints);
+            start_model.emplace(starts_.nearest(rest));
+            model = &*start_model;
+            // Heading, place and joints stay; the example has other proportions, and its root elsewhere.
+            parameters.segment<3>(3) += joints.row(0).transpose() - model->skin().joint_positions.row(0).transpose();
+            parameters[6] = 0.0;
+            parameters.tail(parameters.size() - model->scale_begin()).setZero();
+            ArticulatedFitOptions again = options_.articulated;
+            again.first_reach = std::min(again.first_reach, 0.03);
+            again.iterations = (again.iterations + 1) / 2;
+            parameters = fit_articulated(*model, *target, parameters, named.targets, again);
+        }
+        const Points reference = model->posed_vertices(parameters);
+        registered = fit_nonrigid(reference, skin.triangles, *target, reference, stiffness_, options_.nonrigid);
         log_debug("{}: surface after {:.2f} s", name, seconds());
     }
-    parameters = fit_articulated_to_vertices(model_, registered, areas, parameters, polish_iterations);
+    parameters = fit_articulated_to_vertices(*model, registered, areas, parameters, polish_iterations);
 
     FittedBody result;
-    result.pose = model_.pose(parameters);
-    Points joints = model_.rest_joints(parameters), rest;
-    for (int round = 0; round < joint_rounds; ++round) {
-        rest = unpose(registered, skin.weights, forward_kinematics(standard_skeleton(), joints, result.pose));
-        if (round + 1 < joint_rounds) joints = regressor_.joints(rest);
-    }
+    result.pose = model->pose(parameters);
+    Points joints = model->rest_joints(parameters);
+    Points rest = to_rest(registered, result.pose, joints);
     // Feet on the floor, pelvis where the template has it.
     Eigen::RowVector3d shift = skin.joint_positions.row(0) - joints.row(0);
     shift[1] = -rest.col(1).minCoeff();
@@ -191,7 +217,7 @@ FittedBody BodyFitter::fit(const std::string& name, const ScanPoints& scan, cons
 
     const Eigen::Isometry3d scan_from_template =
         Eigen::Isometry3d(Eigen::AngleAxisd(rotation_to_y_up(placement->up))) * placement->template_from_file.inverse();
-    measure_fit(registered, rest, model_.rest_vertices(parameters), skin.triangles, *target, options_, result.report);
+    measure_fit(registered, rest, model->rest_vertices(parameters), skin.triangles, *target, options_, result.report);
     move_pose(scan_from_template, joints.row(0).transpose(), result.pose);
     const auto world_from_rest = forward_kinematics(standard_skeleton(), joints, result.pose);
     result.posed_skin = linear_blend_skinning(rest, skin.weights, world_from_rest);

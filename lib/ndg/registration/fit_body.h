@@ -5,6 +5,7 @@
 #include "ndg/registration/nonrigid_fit.h"
 #include "ndg/registration/rest_pose.h"
 #include "ndg/registration/scan.h"
+#include "ndg/registration/start_shape.h"
 
 #include <string>
 #include <utility>
@@ -63,18 +64,21 @@ ScanLandmarks read_scan_landmarks(const std::string& path);
 /// landmarks that the template does not have. A fit that misses the quality gate is returned with its defects.
 class BodyFitter {
 public:
-    /// `examples`: skins of the template's tessellation and pose with known joints, from which joints are learned; may
-    /// be empty. The template must outlive the fitter.
+    /// `examples`: skins of the template's tessellation and pose with known joints, from which joints are learned and
+    /// start shapes are taken; may be empty. The template must outlive the fitter.
     BodyFitter(const Template& body_template, const FitOptions& options,
                const std::vector<JointExample>& examples = {});
     FittedBody fit(const std::string& name, const ScanPoints& scan, const ScanLandmarks& landmarks = {}) const;
 
 private:
+    Points to_rest(const Points& registered, const Pose& pose, Points& joints) const;
+
     const Template& template_;
     FitOptions options_;
     ArticulatedModel model_;
     Eigen::VectorXd stiffness_;
     JointRegressor regressor_;
+    StartShapes starts_;
 };
 
 }  // namespace ndg

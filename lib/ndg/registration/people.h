@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "ndg/body/template.h"
+
 #include <map>
 #include <string>
 
@@ -16,5 +18,8 @@ using People = std::map<std::string, Person>;
 /// JSON object {name: {"sex": number from 0 to 1, or "female" or "male", "age_years": number}, ...}. Throws InputError
 /// naming file and entry.
 People read_people(const std::string& path);
+
+/// The same file from bodies' parameters sex and age_years. Throws InputError, starting with `where`, without them.
+void write_people(const std::string& path, const BodySet& bodies, const std::string& where);
 
 }  // namespace ndg

@@ -11,10 +11,9 @@
 namespace ndg {
 namespace {
 
-/// A joint is a combination of at most that many vertices...
-constexpr int max_ring_vertices = 150;
-/// ...within this radius, m, or this many times the distance of the nearest.
-constexpr double ring_radius = 0.12, ring_factor = 1.8;
+/// A joint is a combination of the nearest vertices in that many directions, each looked for in a cone of this angle.
+constexpr int num_directions = 100;
+const double min_direction_cosine = std::cos(25.0 * EIGEN_PI / 180.0);
 constexpr std::size_t min_ring_vertices = 20;
 /// Weight of small coefficients against errors at the joint, m^2: coefficients of norm one answer to errors of the skin
 /// as large as the fit's own, some mm.
@@ -22,31 +21,43 @@ constexpr double ridge = 3e-5;
 /// The template itself counts as much as this many examples: its joints are reproduced.
 constexpr double template_weight = 100.0;
 
-/// Vertices around a joint that it or its parent moves, evenly thinned out, nearest first.
+/// Vertices all around a joint that it or its parent moves.
 std::vector<int> ring_of(const Eigen::Ref<const Points>& skin, const SkinningWeights& weights,
                          const Eigen::RowVector3d& position, int joint, int parent)
 {
-    std::vector<std::pair<double, int>> near;
+    std::vector<int> ring;
     for (const double least_share : {0.05, 0.0}) {
-        near.clear();
+        std::vector<int> rows;
         for (Eigen::Index v = 0; v < skin.rows(); ++v) {
             double share = 0.0;
             for (int k = 0; k < max_influences; ++k) {
                 if (weights.joints(v, k) == joint || weights.joints(v, k) == parent) share += weights.weights(v, k);
             }
-            if (share >= least_share) near.emplace_back((skin.row(v) - position).norm(), static_cast<int>(v));
+            if (share >= least_share) rows.push_back(static_cast<int>(v));
         }
+        ring.clear();
+        for (int d = 0; d < num_directions; ++d) {
+            // Fibonacci's lattice on the sphere.
+            const double height = 1.0 - (2.0 * d + 1.0) / num_directions, radius = std::sqrt(1.0 - height * height);
+            const double angle = d * EIGEN_PI * (3.0 - std::sqrt(5.0));
+            const Eigen::RowVector3d direction(radius * std::cos(angle), height, radius * std::sin(angle));
+            int best = -1;
+            double least = 0.0;
+            for (const int v : rows) {
+                const Eigen::RowVector3d offset = skin.row(v) - position;
+                const double distance = offset.norm();
+                if (offset.dot(direction) < min_direction_cosine * distance || (best >= 0 && distance >= least))
+                    continue;
+                best = v;
+                least = distance;
+            }
+            if (best >= 0) ring.push_back(best);
+        }
+        std::sort(ring.begin(), ring.end());
+        ring.erase(std::unique(ring.begin(), ring.end()), ring.end());
         // Joints that move no skin of their own take the skin next to them.
-        if (near.size() >= min_ring_vertices) break;
+        if (ring.size() >= min_ring_vertices) break;
     }
-    std::sort(near.begin(), near.end());
-    const double radius = std::max(ring_radius, ring_factor * near.front().first);
-    std::size_t count = 0;
-    while (count < near.size() && (count < min_ring_vertices || near[count].first < radius)) ++count;
-    std::vector<int> ring;
-    const double step = std::max(1.0, static_cast<double>(count) / max_ring_vertices);
-    for (double i = 0; i < static_cast<double>(count); i += step)
-        ring.push_back(near[static_cast<std::size_t>(i)].second);
     return ring;
 }
 
@@ -92,16 +103,24 @@ JointRegressor::JointRegressor(const Eigen::Ref<const Points>& skin_vertices, co
         Eigen::VectorXd offset, right = Eigen::VectorXd::Zero(count);
         rows_of(skin_vertices, joint_positions.row(j), edges, offset);
         const double examples_weight = static_cast<double>(std::max<std::size_t>(examples.size(), 1));
-        const Eigen::VectorXd even = Eigen::VectorXd::Constant(count, 1.0 / static_cast<double>(count + 1));
+        // Near vertices say more of a joint than far ones.
+        Eigen::VectorXd prior(count);
+        double first = 0.0;
+        for (Eigen::Index i = 0; i <= count; ++i) {
+            const double closeness =
+                1.0 / (skin_vertices.row(ring[static_cast<std::size_t>(i)]) - joint_positions.row(j)).squaredNorm();
+            (i == 0 ? first : prior[i - 1]) = closeness;
+        }
+        prior /= first + prior.sum();
         normal += template_weight * edges.transpose() * edges;
-        right += template_weight * edges.transpose() * (offset - edges * even);
+        right += template_weight * edges.transpose() * (offset - edges * prior);
         for (const JointExample& example : examples) {
             rows_of(example.skin_vertices, example.joint_positions.row(j), edges, offset);
             normal += edges.transpose() * edges;
-            right += edges.transpose() * (offset - edges * even);
+            right += edges.transpose() * (offset - edges * prior);
         }
         normal.diagonal().array() += ridge * examples_weight;
-        const Eigen::VectorXd coefficients = even + normal.ldlt().solve(right);
+        const Eigen::VectorXd coefficients = prior + normal.ldlt().solve(right);
         std::vector<std::pair<int, double>> combination = {{ring[0], 1.0 - coefficients.sum()}};
         for (Eigen::Index i = 0; i < count; ++i) {
             combination.emplace_back(ring[static_cast<std::size_t>(i) + 1], coefficients[i]);
