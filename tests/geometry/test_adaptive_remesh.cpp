@@ -150,6 +150,41 @@ TEST_CASE("adaptive remeshing of an open hemisphere with two regions")
     CHECK_THROWS_AS(remesh_adaptively(half, labels, field), InputError);
 }
 
+TEST_CASE("no edge crosses an open surface from boundary to boundary")
+{
+    // A strip one edge wide, whose every edge across does so.
+    constexpr int length = 20;
+    const double side = 0.05;
+    TriangleMesh strip;
+    strip.vertices.resize(2 * (length + 1), 3);
+    for (int i = 0; i <= length; ++i) {
+        strip.vertices.row(2 * i) << side * i, 0.0, 0.0;
+        strip.vertices.row(2 * i + 1) << side * i, side, 0.0;
+    }
+    strip.triangles.resize(2 * length, 3);
+    for (int i = 0; i < length; ++i) {
+        strip.triangles.row(2 * i) << 2 * i, 2 * i + 2, 2 * i + 3;
+        strip.triangles.row(2 * i + 1) << 2 * i, 2 * i + 3, 2 * i + 1;
+    }
+    const RemeshField field{Eigen::VectorXd::Constant(strip.vertices.rows(), side),
+                            std::vector<char>(static_cast<std::size_t>(strip.vertices.rows()), 0)};
+    const std::vector<int> labels(2 * length, 0);
+    const RemeshResult result = remesh_adaptively(strip, labels, field);
+    const auto edges = mesh_edges(result.mesh.triangles, static_cast<int>(result.mesh.vertices.rows()));
+    std::vector<char> on_boundary(static_cast<std::size_t>(result.mesh.vertices.rows()), 0);
+    for (const auto& edge : edges) {
+        if (edge.right_triangle >= 0) continue;
+        on_boundary[static_cast<std::size_t>(edge.v0)] = on_boundary[static_cast<std::size_t>(edge.v1)] = 1;
+    }
+    int inner = 0;
+    for (const auto& edge : edges) {
+        if (edge.right_triangle < 0) continue;
+        ++inner;
+        CHECK_FALSE((on_boundary[static_cast<std::size_t>(edge.v0)] && on_boundary[static_cast<std::size_t>(edge.v1)]));
+    }
+    CHECK(inner > 10);
+}
+
 TEST_CASE("decimation onto vertices of the input")
 {
     const TriangleMesh sphere = sphere_mesh(0.5, 3);

@@ -53,6 +53,7 @@ public:
         }
         flip(false);
         for (int sweep = 0; sweep < widening_sweeps; ++sweep) widen(sweep);
+        split_edges_across();
         RemeshResult result;
         mesh_.compact(result.mesh.vertices, result.mesh.triangles, result.triangle_labels);
         return result;
@@ -90,27 +91,12 @@ private:
     /// Nearest place of a feature of the input.
     Place on_curve(const Curve& curve, const Eigen::Vector3d& point) const
     {
-        const auto& segments = curves_.at(curve);
-        double best = std::numeric_limits<double>::infinity(), share = 0.0;
-        std::array<int, 2> nearest{};
-        Eigen::Vector3d position = point;
-        for (const auto& segment : segments) {
-            const Eigen::Vector3d a = source_.vertices.row(segment[0]), b = source_.vertices.row(segment[1]);
-            const double length = (b - a).squaredNorm();
-            const double t = length > 0.0 ? std::clamp((point - a).dot(b - a) / length, 0.0, 1.0) : 0.0;
-            const Eigen::Vector3d candidate = (1.0 - t) * a + t * b;
-            const double distance = (candidate - point).squaredNorm();
-            if (distance < best) {
-                best = distance;
-                nearest = segment;
-                share = t;
-                position = candidate;
-            }
-        }
+        const ClosestOnSegments closest = closest_on_segments(source_.vertices, curves_.at(curve), point);
+        const auto [first, second] = closest.segment;
+        const double share = closest.share;
         const Eigen::RowVector3d normal =
-            (1.0 - share) * normals_of_source_.row(nearest[0]) + share * normals_of_source_.row(nearest[1]);
-        return {position, normal.normalized().transpose(),
-                (1.0 - share) * field_[nearest[0]] + share * field_[nearest[1]]};
+            (1.0 - share) * normals_of_source_.row(first) + share * normals_of_source_.row(second);
+        return {closest.point, normal.normalized().transpose(), (1.0 - share) * field_[first] + share * field_[second]};
     }
 
     void put(int v, const Place& place)
@@ -151,6 +137,27 @@ private:
         return least;
     }
 
+    int split(int a, int b)
+    {
+        const Eigen::Vector3d middle = 0.5 * (mesh_.position(a) + mesh_.position(b));
+        const Place place = mesh_.is_feature(a, b) ? on_curve(curve_of(a, b), middle) : on_surface(middle);
+        const int added = mesh_.split(a, b, middle);
+        size_.push_back(place.size);
+        normal_.push_back(place.normal);
+        fixed_.push_back(0);
+        put(added, place);
+        return added;
+    }
+
+    /// Edges of the input that run across between two boundary vertices and were never split.
+    void split_edges_across()
+    {
+        for (const auto& [a, b] : mesh_.edges()) {
+            if (fixed(a) && fixed(b)) continue;
+            if (mesh_.on_boundary(a) && mesh_.on_boundary(b) && !mesh_.is_boundary(a, b)) split(a, b);
+        }
+    }
+
     void split_long()
     {
         constexpr int max_sweeps = 8;
@@ -166,13 +173,7 @@ private:
             std::sort(long_edges.begin(), long_edges.end());  // longest first
             for (const auto& [excess, edge] : long_edges) {
                 const auto [a, b] = edge;
-                const Eigen::Vector3d middle = 0.5 * (mesh_.position(a) + mesh_.position(b));
-                const Place place = mesh_.is_feature(a, b) ? on_curve(curve_of(a, b), middle) : on_surface(middle);
-                const int added = mesh_.split(a, b, middle);
-                size_.push_back(place.size);
-                normal_.push_back(place.normal);
-                fixed_.push_back(0);
-                put(added, place);
+                const int added = split(a, b);
                 // Where the surface turns too sharply for the new vertex the edge is left as it was.
                 if (star_agreement(added) < least_agreement) mesh_.collapse(added, a);
             }

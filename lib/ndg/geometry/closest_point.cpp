@@ -115,6 +115,25 @@ ClosestPoint closest_point_on_triangle(const Eigen::Vector3d& point, const Eigen
     return result;
 }
 
+ClosestOnSegments closest_on_segments(const Eigen::Ref<const Points>& vertices,
+                                      const std::vector<std::array<int, 2>>& segments, const Eigen::Vector3d& point)
+{
+    require(!segments.empty(), "there is no segment to find the closest point on");
+    double best = std::numeric_limits<double>::infinity();
+    ClosestOnSegments result;
+    for (const auto& segment : segments) {
+        const Eigen::Vector3d a = vertices.row(segment[0]), b = vertices.row(segment[1]);
+        const double length = (b - a).squaredNorm();
+        const double share = length > 0.0 ? std::clamp((point - a).dot(b - a) / length, 0.0, 1.0) : 0.0;
+        const Eigen::Vector3d candidate = (1.0 - share) * a + share * b;
+        const double distance = (candidate - point).squaredNorm();
+        if (distance >= best) continue;
+        best = distance;
+        result = {segment, share, candidate};
+    }
+    return result;
+}
+
 struct TriangleTree::State {
     /// Children of an inner node: the next node and `right`. A leaf holds triangles first .. first + count - 1.
     struct Node {

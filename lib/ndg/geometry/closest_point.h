@@ -3,7 +3,9 @@
 
 #include "ndg/core/types.h"
 
+#include <array>
 #include <memory>
+#include <vector>
 
 namespace ndg {
 
@@ -17,6 +19,16 @@ struct ClosestPoint {
 /// Closest point on a triangle, with barycentric coordinates.
 ClosestPoint closest_point_on_triangle(const Eigen::Vector3d& point, const Eigen::Vector3d& a, const Eigen::Vector3d& b,
                                        const Eigen::Vector3d& c);
+
+struct ClosestOnSegments {
+    std::array<int, 2> segment{};  ///< its two vertices
+    double share = 0.0;            ///< of the second
+    Eigen::Vector3d point = Eigen::Vector3d::Zero();
+};
+
+/// Closest point on any of the segments between two vertices each, of which there must be at least one.
+ClosestOnSegments closest_on_segments(const Eigen::Ref<const Points>& vertices,
+                                      const std::vector<std::array<int, 2>>& segments, const Eigen::Vector3d& point);
 
 /// Bounding-volume hierarchy over a triangle mesh for closest-point and ray-free inside queries.
 class TriangleTree {

@@ -115,13 +115,25 @@ int DynamicMesh::split(int a, int b, const Eigen::Vector3d& position)
     return middle;
 }
 
+bool DynamicMesh::is_boundary(int a, int b) const
+{
+    const auto [left, right] = edge_triangles(a, b);
+    return left < 0 || right < 0;
+}
+
+bool DynamicMesh::on_boundary(int v) const
+{
+    // Round an inner vertex there are as many triangles as edges, on the boundary one fewer.
+    return triangles_of(v).size() != neighbours(v).size();
+}
+
 bool DynamicMesh::can_flip(int a, int b) const
 {
     const auto [left, right] = edge_triangles(a, b);
     if (left < 0 || right < 0 || label(left) != label(right)) return false;
     const int c = opposite(left, a, b), d = opposite(right, a, b);
     const auto between = edge_triangles(c, d);
-    return c != d && between[0] < 0 && between[1] < 0;
+    return c != d && between[0] < 0 && between[1] < 0 && !(on_boundary(c) && on_boundary(d));
 }
 
 void DynamicMesh::flip(int a, int b)
@@ -158,6 +170,12 @@ bool DynamicMesh::can_collapse(int removed_vertex, int kept) const
     std::set_intersection(of_removed.begin(), of_removed.end(), of_kept.begin(), of_kept.end(),
                           std::back_inserter(common));
     if (common.size() != shared) return false;
+    if (on_boundary(kept)) {
+        for (const int other : of_removed) {
+            if (other == kept || std::binary_search(common.begin(), common.end(), other)) continue;
+            if (on_boundary(other) && !is_boundary(removed_vertex, other)) return false;
+        }
+    }
     // Neither the surface nor a feature chain may close onto itself.
     for (const int t : {left, right})
         if (t >= 0 && triangles_of(opposite(t, removed_vertex, kept)).size() < 4 &&

@@ -31,6 +31,8 @@ public:
     /// The corner of a triangle that is neither a nor b.
     int opposite(int t, int a, int b) const;
     bool is_feature(int a, int b) const;
+    bool is_boundary(int a, int b) const;
+    bool on_boundary(int v) const;
     /// Sorted.
     std::vector<int> neighbours(int v) const;
     /// Other ends of the feature edges of a vertex, sorted.
@@ -38,11 +40,13 @@ public:
 
     /// New vertex in the middle of an edge, at `position`. Returns it.
     int split(int a, int b, const Eigen::Vector3d& position);
-    /// Whether the edge can be replaced by the other diagonal: no feature edge and no such edge yet.
+    /// Whether the edge can be replaced by the other diagonal: no feature edge, no such edge yet, and none
+    /// that would cross the surface between two boundary vertices (two mirrored halves would share it).
     bool can_flip(int a, int b) const;
     void flip(int a, int b);
     /// Whether `removed` can be merged into its neighbour `kept` with surface, labels and features staying manifold
-    /// chains: a vertex on a feature moves along it, one where features meet not at all.
+    /// chains: a vertex on a feature moves along it, one where features meet not at all. No edge across between two
+    /// boundary vertices may arise.
     bool can_collapse(int removed, int kept) const;
     void collapse(int removed, int kept);
 

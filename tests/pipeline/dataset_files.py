@@ -1,0 +1,55 @@
+# SPDX-License-Identifier: Apache-2.0
+"""What the tests of datasets as processes share: a small dataset, runs of tools, comparison of samples."""
+import os
+import subprocess
+
+import h5py  # Debian's python3-h5py
+import numpy
+
+
+class Dataset:
+    """template.h5, bodies.h5, poses.h5 and splits.h5 in a folder: 43 pairs, a few hundredths of a second each."""
+
+    def __init__(self, build, folder, rings=24, segments=24):
+        self.bin = os.path.join(os.path.abspath(build), "bin")
+        self.folder = folder
+        subprocess.run([self.bin + "/small-dataset", folder, str(rings), str(segments)], check=True)
+        self.splits = folder + "/splits.h5"
+        self.samples = 43
+
+    def simulate_command(self, output, *arguments):
+        files = [part for name in ("template", "bodies", "poses", "splits")
+                 for part in (f"--{name}", f"{self.folder}/{name}.h5")]
+        return [self.bin + "/simulate-fem", *files, "--output", output, *arguments]
+
+    def simulate(self, output, *arguments, **options):
+        return run(self.simulate_command(output, *arguments), **options)
+
+    def collect(self, output, *arguments):
+        return run([self.bin + "/collect-samples", "--splits", self.splits, "--output", output, *arguments])
+
+
+def run(command, **options):
+    """Exit code and both streams."""
+    done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, **options)
+    return done.returncode, done.stdout
+
+
+def difference(one, other):
+    """'' where two files hold the same samples bit for bit, timings apart."""
+    with h5py.File(one, "r") as a, h5py.File(other, "r") as b:
+        for name in ("deformations/vertices", "deformations/pairs", "deformations/splits", "deformations/stop_reasons"):
+            if not numpy.array_equal(a[name][...], b[name][...]):
+                return name
+        if set(a["statistics"]) != set(b["statistics"]):
+            return "names of statistics"
+        for name in a["statistics"]:
+            if name != "seconds" and not numpy.array_equal(a["statistics"][name][...], b["statistics"][name][...]):
+                return name
+    return ""
+
+
+def parts(output):
+    """Finished samples of a run under way."""
+    folder = output + ".parts"
+    return [name for name in os.listdir(folder) if name.endswith(".h5")] if os.path.isdir(folder) else []
