@@ -20,7 +20,10 @@ int main(int argc, char** argv)
                false);
     tool.output("output", output, "skins file to write");
     tool.parameter("count", count, "number of bodies", 1, 100000);
-    tool.parameter("spread", options.spread, "standard deviation of MakeHuman's body sliders", 0.0, 0.5);
+    tool.parameter("min-bmi", options.min_bmi, "smallest body mass index, kg/m^2", 14.0, 49.0);
+    tool.parameter("max-bmi", options.max_bmi, "largest body mass index (the procedural body ends at 35)", 15.0, 50.0);
+    tool.parameter("muscle-spread", options.muscle_spread, "standard deviation of MakeHuman's muscle slider", 0.0, 0.5);
+    tool.parameter("proportion-spread", options.proportion_spread, "and of its proportions slider", 0.0, 0.5);
     return tool.run(argc, argv, [&] {
         const Template body_template = read_template(template_path);
         const BodySet skins = sample_skins(body_template, makehuman, count, tool.seed(), options);
@@ -30,5 +33,6 @@ int main(int argc, char** argv)
         const Eigen::RowVectorXd high = skins.parameters.colwise().maxCoeff();
         fmt::print("skins: {} bodies, stature {:.2f} to {:.2f} m, mass {:.0f} to {:.0f} kg, BMI {:.1f} to {:.1f}\n",
                    count, low[2], high[2], low[3], high[3], low[4], high[4]);
+        fmt::print("{}", sampling_table(skins, options));
     });
 }

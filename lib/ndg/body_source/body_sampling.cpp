@@ -10,39 +10,95 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
 #include <memory>
 
 namespace ndg {
 
 namespace {
-constexpr double min_age_years = 20.0, max_age_years = 75.0;
+
+constexpr double stature_tolerance_m = 0.001, bmi_tolerance = 0.05;
+constexpr int max_rounds = 6, max_bisections = 30;
+constexpr double thinnest = -1.0, fullest = 4.0;  ///< ends of the path of `on_path`
+
+/// People along a path from thin to heavy: muscle grows to what is wished, then the weight slider rises, then muscle
+/// turns to fat and fullness grows.
+MakeHumanParameters on_path(const MakeHumanParameters& wished, double place)
+{
+    MakeHumanParameters p = wished;
+    p.weight = std::clamp(place, 0.0, 1.0);
+    p.muscle = wished.muscle * std::clamp(std::min(1.0 + place, 2.0 - place), 0.0, 1.0);
+    p.fullness = std::clamp(place - 1.0, 0.0, 3.0);
+    return p;
 }
+
+double bmi_of(const ParametricSurface& surface)
+{
+    const double height = stature(surface.vertices);
+    return body_density * enclosed_volume(surface.vertices, surface.triangles) / (height * height);
+}
+
+}  // namespace
 
 void BodySamplingOptions::check() const
 {
-    require_input(spread >= 0.0 && spread <= 0.5, "spread is {}, allowed is 0 to 0.5", spread);
+    require_input(muscle_spread >= 0.0 && muscle_spread <= 0.5, "muscle_spread is {}, allowed is 0 to 0.5",
+                  muscle_spread);
+    require_input(proportion_spread >= 0.0 && proportion_spread <= 0.5, "proportion_spread is {}, allowed is 0 to 0.5",
+                  proportion_spread);
+    require_input(min_bmi >= 14.0 && max_bmi <= 50.0 && max_bmi - min_bmi >= 1.0,
+                  "the body mass index is asked from {} to {}, allowed is a range of at least 1 within 14 to 50",
+                  min_bmi, max_bmi);
 }
 
-MakeHumanParameters sample_parameters(std::uint64_t seed, int body_idx, const BodySamplingOptions& options)
+MakeHumanParameters makehuman_parameters(const MakeHuman& source, const Adult& adult, double muscle, double proportions)
+{
+    MakeHumanParameters wished;
+    wished.sex = adult.male ? 1.0 : 0.0;
+    // MakeHuman's young shape stands for 25 years and less.
+    wished.age = 0.5 + std::max(0.0, adult.age_years - 25.0) / 130.0;
+    wished.muscle = muscle;
+    wished.proportions = proportions;
+    double place = 0.6, height = 0.5, reached_stature = 0.0, reached_bmi = 0.0;
+    for (int round = 0; round < max_rounds; ++round) {
+        // Stature rises with the slider, and hardly depends on weight.
+        double low = 0.0, high = 1.0;
+        for (int step = 0; step < max_bisections; ++step) {
+            wished.height = height;
+            reached_stature = stature(source.evaluate(on_path(wished, place)).vertices);
+            if (std::abs(reached_stature - adult.stature_m) < 0.5 * stature_tolerance_m) break;
+            (reached_stature < adult.stature_m ? low : high) = height;
+            height = 0.5 * (low + high);
+        }
+        low = thinnest;
+        high = fullest;
+        for (int step = 0; step < max_bisections; ++step) {
+            reached_bmi = bmi_of(source.evaluate(on_path(wished, place)));
+            if (std::abs(reached_bmi - adult.bmi) < bmi_tolerance) break;
+            (reached_bmi < adult.bmi ? low : high) = place;
+            place = 0.5 * (low + high);
+        }
+        reached_stature = stature(source.evaluate(on_path(wished, place)).vertices);
+        if (std::abs(reached_stature - adult.stature_m) < stature_tolerance_m &&
+            std::abs(reached_bmi - adult.bmi) < bmi_tolerance)
+            return on_path(wished, place);
+    }
+    throw Error(
+        fmt::format("MakeHuman's body cannot be {:.3f} m tall with a body mass index of {:.1f}: it came to "
+                    "{:.3f} m and {:.1f}",
+                    adult.stature_m, adult.bmi, reached_stature, reached_bmi));
+}
+
+MakeHumanParameters sample_parameters(const MakeHuman& source, std::uint64_t seed, int body_idx,
+                                      const BodySamplingOptions& options)
 {
     options.check();
-    Random random(seed, "bodies", static_cast<std::uint64_t>(body_idx));
-    const auto slider = [&](double middle, double spread) {
-        return std::clamp(middle + spread * random.normal(), 0.08, 0.95);
-    };
-    MakeHumanParameters parameters;
-    parameters.sex = body_idx % 2 == 0 ? 0.0 : 1.0;
-    // MakeHuman's young shape stands for 25 years and less.
-    const double years = random.uniform(min_age_years, max_age_years);
-    parameters.age = 0.5 + std::max(0.0, years - 25.0) / 130.0;
-    // MakeHuman's height slider spans 1.2 to 2.4 m, its average weight is slim (BMI 21), and with average muscle its
-    // largest weight is only BMI 23: heavy people have little muscle there.
-    parameters.weight = slider(0.65, 1.3 * options.spread);
-    parameters.muscle = slider(0.35, 1.3 * options.spread);
-    parameters.height = slider(0.48, 0.4 * options.spread);
-    parameters.proportions = slider(0.5, options.spread);
-    return parameters;
+    const Adult adult = sample_adult(seed, body_idx, options.min_bmi, options.max_bmi);
+    Random random(seed, "makehuman", static_cast<std::uint64_t>(body_idx));
+    const double muscle = std::clamp((adult.male ? 0.5 : 0.4) + options.muscle_spread * random.normal(), 0.05, 0.95);
+    const double proportions = std::clamp(0.5 + options.proportion_spread * random.normal(), 0.05, 0.95);
+    return makehuman_parameters(source, adult, muscle, proportions);
 }
 
 Body skin_on_template(const Template& body_template, const ParametricSurface& surface, const std::string& name)
@@ -76,10 +132,10 @@ std::function<SampledPerson(int)> person_source(const Template& body_template, c
 {
     if (body_template.source_name == "procedural") {
         const auto source = std::make_shared<ProceduralBody>();
-        return [source, seed](int b) {
-            const ProceduralParameters p = sample_procedural_parameters(seed, b);
-            Random random(seed, "ages", static_cast<std::uint64_t>(b));
-            return SampledPerson{source->evaluate(p), p.sex, random.uniform(min_age_years, max_age_years)};
+        return [source, seed, options](int b) {
+            const ProceduralParameters p =
+                sample_procedural_parameters(seed, b, options.min_bmi, std::min(options.max_bmi, max_procedural_bmi));
+            return SampledPerson{source->evaluate(p), p.sex, p.age_years};
         };
     }
     require_input(body_template.source_name == "anatomy",
@@ -88,8 +144,9 @@ std::function<SampledPerson(int)> person_source(const Template& body_template, c
     require_input(!makehuman_folder.empty(), "the template was made from MakeHuman's body: give --makehuman");
     const auto source = std::make_shared<MakeHuman>(makehuman_folder);
     return [source, seed, options](int b) {
-        const MakeHumanParameters p = sample_parameters(seed, b, options);
-        return SampledPerson{source->evaluate(p), p.sex, makehuman_age_years(p.age)};
+        const MakeHumanParameters p = sample_parameters(*source, seed, b, options);
+        const Adult adult = sample_adult(seed, b, options.min_bmi, options.max_bmi);
+        return SampledPerson{source->evaluate(p), p.sex, adult.age_years};
     };
 }
 
@@ -111,8 +168,9 @@ BodySet sample_skins(const Template& body_template, const std::string& makehuman
         try {
             const SampledPerson p = person(b);
             Body body = skin_on_template(body_template, p.surface, fmt::format("body_{:04d}", b));
-            const double height = stature(body.skin_vertices);
-            const double mass = body_density * enclosed_volume(body.skin_vertices, body_template.skin_triangles);
+            // Of the source's own surface: a coarse tessellation cuts some percent of the volume off.
+            const double height = stature(p.surface.vertices);
+            const double mass = body_density * enclosed_volume(p.surface.vertices, p.surface.triangles);
             skins.parameters.row(b) << p.sex, p.age_years, height, mass, mass / (height * height);
             skins.bodies[static_cast<std::size_t>(b)] = std::move(body);
         } catch (const std::exception& error) {
@@ -123,6 +181,53 @@ BodySet sample_skins(const Template& body_template, const std::string& makehuman
     for (int b = 0; b < count; ++b)
         require(errors[static_cast<std::size_t>(b)].empty(), "body {}: {}", b, errors[static_cast<std::size_t>(b)]);
     return skins;
+}
+
+std::string sampling_table(const BodySet& skins, const BodySamplingOptions& options)
+{
+    std::string table = fmt::format("{:<8}{:<16}{:>8}{:>8}{:>8}{:>8}{:>8}{:>8}\n", "sex", "", "mean", "sd", "5 %",
+                                    "50 %", "95 %", "asked");
+    for (const bool male : {false, true}) {
+        std::vector<std::vector<double>> values(3);
+        for (Eigen::Index b = 0; b < skins.parameters.rows(); ++b) {
+            if ((skins.parameters(b, 0) >= 0.5) != male) continue;
+            for (std::size_t k = 0; k < 3; ++k)
+                values[k].push_back(skins.parameters(b, 2 + static_cast<Eigen::Index>(k)));
+        }
+        const std::size_t count = values[0].size();
+        if (count == 0) continue;
+        const AdultStatistics& statistics = adult_statistics(male);
+        const char* const names[] = {"stature m", "mass kg", "BMI kg/m^2"};
+        const double asked[] = {statistics.mean_stature_m,
+                                statistics.mean_bmi * (statistics.mean_stature_m * statistics.mean_stature_m +
+                                                       statistics.stature_deviation_m * statistics.stature_deviation_m),
+                                statistics.mean_bmi};
+        for (std::size_t k = 0; k < 3; ++k) {
+            std::vector<double>& sorted = values[k];
+            std::sort(sorted.begin(), sorted.end());
+            const Eigen::Map<const Eigen::ArrayXd> all(sorted.data(), static_cast<Eigen::Index>(count));
+            const double mean = all.mean();
+            const double deviation =
+                count > 1 ? std::sqrt((all - mean).square().sum() / static_cast<double>(count - 1)) : 0.0;
+            const auto percentile = [&](double share) {
+                return sorted[static_cast<std::size_t>(std::lround(share * static_cast<double>(count - 1)))];
+            };
+            table +=
+                fmt::format("{:<8}{:<16}{:>8.3f}{:>8.3f}{:>8.3f}{:>8.3f}{:>8.3f}{:>8.3f}\n", male ? "men" : "women",
+                            names[k], mean, deviation, percentile(0.05), percentile(0.5), percentile(0.95), asked[k]);
+        }
+        const auto share = [&](double bmi) {
+            return 100.0 *
+                   static_cast<double>(
+                       std::count_if(values[2].begin(), values[2].end(), [&](double value) { return value >= bmi; })) /
+                   static_cast<double>(count);
+        };
+        table += fmt::format("{:<8}BMI >= 30: {:.1f} % (published {:.1f}), BMI >= 40: {:.1f} % (published {:.1f})\n",
+                             male ? "men" : "women", share(30.0), 100.0 * statistics.published_obese, share(40.0),
+                             100.0 * statistics.published_severely_obese);
+    }
+    return table +
+           fmt::format("asked: published means, before the BMI is cut to {} to {}\n", options.min_bmi, options.max_bmi);
 }
 
 }  // namespace ndg

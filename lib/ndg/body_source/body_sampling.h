@@ -2,6 +2,7 @@
 #pragma once
 
 #include "ndg/body/template.h"
+#include "ndg/body_source/adult_statistics.h"
 #include "ndg/body_source/makehuman.h"
 
 #include <cstdint>
@@ -9,25 +10,40 @@
 
 namespace ndg {
 
-/// How far sampled adults spread around the middle of MakeHuman's sliders.
+/// Who is drawn (adult_statistics.h), and how much people of equal stature and mass differ.
 struct BodySamplingOptions {
-    double spread = 0.18;  ///< standard deviation of proportions (slider 0..1); weight and muscle 1.3, height 0.4 times
+    double min_bmi = 17.0, max_bmi = 45.0;
+    double muscle_spread = 0.2;       ///< standard deviation of MakeHuman's muscle slider (0..1)
+    double proportion_spread = 0.18;  ///< of its proportions
 
+    /// Throws InputError for values outside their ranges.
     void check() const;
 };
 
-/// Parameters of body `body_idx`: sexes alternate, age uniform from 20 to 75 years, the other sliders normal, centred
-/// so that stature and BMI spread about as adults' do, and cut at 0.08 and 0.95. Depends on (seed, body_idx) alone.
-MakeHumanParameters sample_parameters(std::uint64_t seed, int body_idx, const BodySamplingOptions& options);
+/// MakeHuman's parameters for an adult: `muscle` and `proportions` are wishes; height is solved for the stature (within
+/// 1 mm), and weight for the body mass index (within 0.05). Who is heavier than the weight slider reaches gets fullness
+/// and less muscle than wished, who is lighter less muscle too: MakeHuman's heaviest have no muscle. Throws Error
+/// naming what cannot be reached.
+MakeHumanParameters makehuman_parameters(const MakeHuman& source, const Adult& adult, double muscle,
+                                         double proportions);
+
+/// Parameters of body `body_idx`. Depends on (seed, body_idx) and the options alone.
+MakeHumanParameters sample_parameters(const MakeHuman& source, std::uint64_t seed, int body_idx,
+                                      const BodySamplingOptions& options);
 
 /// The source's surface in the template's tessellation: skin vertices and joints of the returned body are filled.
 /// Throws InputError when the template has no source map.
 Body skin_on_template(const Template& body_template, const ParametricSurface& surface, const std::string& name);
 
 /// `count` adults of the template's own source as skins in its tessellation; parameters sex, age_years, stature_m,
-/// mass_kg, bmi. MakeHuman's people need its folder; the procedural body needs none. Body b depends on (seed, b) alone.
-/// Throws InputError when the template has no source or the folder is missing.
+/// mass_kg, bmi, of the source's own surface. MakeHuman's people need its folder; the procedural body needs none. Body
+/// b depends on (seed, b) and the options alone. Throws InputError when the template has no source or the folder is
+/// missing.
 BodySet sample_skins(const Template& body_template, const std::string& makehuman_folder, int count, std::uint64_t seed,
                      const BodySamplingOptions& options);
+
+/// Mean, standard deviation and percentiles of stature, mass and body mass index of the skins by sex, and shares of the
+/// obese, beside what was drawn from: a table for reading. `skins` as sample_skins has them.
+std::string sampling_table(const BodySet& skins, const BodySamplingOptions& options);
 
 }  // namespace ndg

@@ -23,9 +23,10 @@ double stature(const Eigen::Ref<const Points>& vertices)
 
 void MakeHumanParameters::check() const
 {
-    const auto in_range = [](const char* name, double value, double low) {
-        require_input(std::isfinite(value) && value >= low && value <= 1.0,
-                      "MakeHuman parameter {} is {}, allowed is {} to 1", name, value, low);
+    constexpr double max_fullness = 3.0;
+    const auto in_range = [](const char* name, double value, double low, double high = 1.0) {
+        require_input(std::isfinite(value) && value >= low && value <= high,
+                      "MakeHuman parameter {} is {}, allowed is {} to {}", name, value, low, high);
     };
     in_range("sex", sex, 0.0);
     in_range("age", age, 0.5);
@@ -33,6 +34,7 @@ void MakeHumanParameters::check() const
     in_range("muscle", muscle, 0.0);
     in_range("height", height, 0.0);
     in_range("proportions", proportions, 0.0);
+    in_range("fullness", fullness, 0.0, max_fullness);
 }
 
 double makehuman_age_years(double age)
@@ -87,6 +89,18 @@ std::vector<WeightedTarget> macro_targets(const MakeHumanParameters& p)
                         add("proportions/" + person + "-" + proportion, product * w);
                 }
         }
+    return targets;
+}
+
+/// Measure targets that make a heavy body heavier where fat lies, and how much of each one unit of fullness is.
+const Components& fullness_targets()
+{
+    static const Components targets = {
+        {"torso/measure-underbust-circ-incr", 1.0}, {"torso/measure-waist-circ-incr", 1.0},
+        {"torso/measure-hips-circ-incr", 1.0},      {"legs/measure-thigh-circ-incr", 0.8},
+        {"legs/measure-calf-circ-incr", 0.4},       {"arms/measure-upperarm-circ-incr", 0.8},
+        {"neck/measure-neck-circ-incr", 0.6},
+    };
     return targets;
 }
 
@@ -152,7 +166,11 @@ ParametricSurface MakeHuman::evaluate(const MakeHumanParameters& parameters) con
 {
     parameters.check();
     Points all = state_->base_vertices;
-    for (const WeightedTarget& weighted : macro_targets(parameters)) {
+    std::vector<WeightedTarget> targets = macro_targets(parameters);
+    if (parameters.fullness > 0.0)
+        for (const auto& [name, share] : fullness_targets())
+            targets.push_back({"targets/" + name + ".target.gz", share * parameters.fullness});
+    for (const WeightedTarget& weighted : targets) {
         const MakeHumanTarget& target = state_->target(weighted.file);
         for (std::size_t i = 0; i < target.vertices.size(); ++i)
             all.row(target.vertices[i]) += weighted.weight * target.offsets.row(static_cast<Eigen::Index>(i));

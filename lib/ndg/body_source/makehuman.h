@@ -10,7 +10,7 @@
 
 namespace ndg {
 
-/// MakeHuman's macro sliders, each 0..1; 0.5 is the middle.
+/// MakeHuman's macro sliders, each 0..1, 0.5 is the middle; and fullness.
 struct MakeHumanParameters {
     double sex = 0.5;  ///< 0 female, 1 male
     double age = 0.5;  ///< 0.5 is 25 years, 1 is 90 years; below 0.5 (children) is not offered
@@ -18,6 +18,9 @@ struct MakeHumanParameters {
     double muscle = 0.5;
     double height = 0.5;
     double proportions = 0.5;  ///< 0 uncommon, 1 ideal
+    /// Weight of MakeHuman's targets for larger girths of trunk, limbs and neck, 0 to 3: beyond what the weight slider
+    /// reaches, which ends at a body mass index of about 33 for women and 40 for men, and that without any muscle.
+    double fullness = 0.0;
 
     /// Throws InputError for a value outside its range.
     void check() const;

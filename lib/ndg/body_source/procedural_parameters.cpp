@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ndg/body_source/procedural_parameters.h"
 
+#include "ndg/body_source/adult_statistics.h"
 #include "ndg/core/error.h"
 #include "ndg/core/random.h"
 
@@ -17,9 +18,6 @@ void check_range(const char* name, double value, double low, double high)
                   "procedural body: {} is {}, allowed is {} to {}", name, value, low, high);
 }
 
-/// Beyond this the armpits fold.
-constexpr double max_bmi = 35.0;
-
 }  // namespace
 
 void ProceduralParameters::check() const
@@ -27,7 +25,7 @@ void ProceduralParameters::check() const
     check_range("stature_m", stature_m, 1.4, 2.05);
     require_input(std::isfinite(mass_kg) && mass_kg > 0.0, "procedural body: mass_kg is {}, it must be positive",
                   mass_kg);
-    check_range("body mass index (mass_kg / stature_m^2)", bmi(), 16.0, max_bmi);
+    check_range("body mass index (mass_kg / stature_m^2)", bmi(), 16.0, max_procedural_bmi);
     check_range("sex", sex, 0.0, 1.0);
     check_range("muscularity", muscularity, 0.0, 1.0);
     check_range("arm_length", arm_length, 0.9, 1.1);
@@ -36,26 +34,19 @@ void ProceduralParameters::check() const
     check_range("hip_breadth", hip_breadth, 0.9, 1.1);
 }
 
-ProceduralParameters sample_procedural_parameters(std::uint64_t seed, int body_idx)
+ProceduralParameters sample_procedural_parameters(std::uint64_t seed, int body_idx, double min_bmi, double max_bmi)
 {
-    require_input(body_idx >= 0, "procedural body: body index {} is negative", body_idx);
+    const Adult adult = sample_adult(seed, body_idx, min_bmi, max_bmi);
     Random random(seed, "procedural bodies", static_cast<std::uint64_t>(body_idx));
     const auto normal = [&](double mean, double deviation, double low, double high) {
         return std::clamp(mean + deviation * random.normal(), low, high);
     };
     ProceduralParameters p;
-    const bool male = body_idx % 2 == 1;
+    const bool male = adult.male;
     p.sex = male ? normal(0.95, 0.08, 0.8, 1.0) : normal(0.05, 0.08, 0.0, 0.2);
-    p.stature_m = male ? normal(1.753, 0.075, 1.45, 2.0) : normal(1.614, 0.070, 1.45, 2.0);
-    // Log-normal with the published mean and a coefficient of variation of about a fifth (men) and a quarter (women).
-    const double log_deviation = male ? 0.20 : 0.25;
-    const double log_mean = std::log(male ? 29.4 : 29.7) - 0.5 * log_deviation * log_deviation;
-    // Who lies outside the body's range is drawn again.
-    double bmi = 0.0;
-    do {
-        bmi = std::exp(log_mean + log_deviation * random.normal());
-    } while (bmi < 17.0 || bmi > 0.999 * max_bmi);
-    p.mass_kg = bmi * p.stature_m * p.stature_m;
+    p.age_years = adult.age_years;
+    p.stature_m = adult.stature_m;
+    p.mass_kg = adult.mass_kg();
     p.muscularity = normal(male ? 0.52 : 0.42, 0.15, 0.05, 0.95);
     p.arm_length = normal(1.0, 0.025, 0.92, 1.08);
     p.leg_length = normal(1.0, 0.02, 0.94, 1.06);

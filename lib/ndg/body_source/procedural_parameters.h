@@ -16,18 +16,20 @@ struct ProceduralParameters {
     double leg_length = 1.0;        ///< ratio, 0.93 to 1.07; the trunk makes up for it, so that stature stays
     double shoulder_breadth = 1.0;  ///< ratio, 0.9 to 1.1
     double hip_breadth = 1.0;       ///< ratio, 0.9 to 1.1
+    double age_years = 40.0;        ///< for what depends on it elsewhere; the shape does not
 
     double bmi() const { return mass_kg / (stature_m * stature_m); }
-    /// Throws InputError naming the parameter and its value: stature outside 1.4 to 2.05 m, BMI outside 16 to 35
-    /// kg/m^2, a ratio outside its range.
+    /// Throws InputError naming the parameter and its value: stature outside 1.4 to 2.05 m, BMI outside 16 to
+    /// max_procedural_bmi kg/m^2, a ratio outside its range.
     void check() const;
 };
 
-/// Adult `body_idx` of a population; sexes alternate. Stature is normal, 1.753 +- 0.075 m for men and 1.614 +- 0.070 m
-/// for women; BMI log-normal with means 29.4 and 29.7 kg/m^2, those outside 17 to 35 drawn again (Fryar, Carroll, Gu,
-/// Afful and Ogden 2021, Anthropometric reference data for children and adults: United States, 2015-2018, NCHS Vital
-/// Health Stat 3(46)). Segment lengths and breadths vary by 2 to 2.5 % at given stature (Gordon et al. 2014, ANSUR II).
-/// Depends on (seed, body_idx) alone.
-ProceduralParameters sample_procedural_parameters(std::uint64_t seed, int body_idx);
+/// Largest body mass index that the body shows without folds at the armpits.
+constexpr double max_procedural_bmi = 35.0;
+
+/// Adult `body_idx` of a population (sample_adult, cut to [min_bmi, max_bmi]). Segment lengths and breadths vary by 2
+/// to 2.5 % at given stature (Gordon et al. 2014, ANSUR II). Depends on (seed, body_idx) and the bounds alone.
+ProceduralParameters sample_procedural_parameters(std::uint64_t seed, int body_idx, double min_bmi = 17.0,
+                                                  double max_bmi = max_procedural_bmi);
 
 }  // namespace ndg
