@@ -35,7 +35,9 @@ build: ## configure and build everything (Release)
 	@cmake -S . -B $(BUILD) $(CMAKE_FLAGS) > /dev/null
 	@cmake --build $(BUILD) -j $(JOBS)
 
+# The daemons of the Slurm test need root, as their installation does; elsewhere that test skips with a line.
 test: build ## build and run all tests (Release); DATA=<folder> adds those on real bodies and motions
+	@test "$$(id -u)" != 0 || pipelines/install-packages.sh --quiet slurm-wlm munge
 	ctest --test-dir $(BUILD) --output-on-failure --no-tests=error
 
 test-asan: ## the tests that need no libtorch, under address and undefined-behaviour sanitizers
@@ -48,6 +50,7 @@ include pipelines/dataset.mk
 include pipelines/bodies.mk
 include pipelines/train.mk
 include pipelines/eval.mk
+include pipelines/slurm/slurm.mk
 
 demo: PRESET := demo
 demo: ## the whole pipeline at demo size: bodies, poses, FEM, training, Table 1, pictures; needs no data

@@ -10,7 +10,7 @@ import numpy
 class Dataset:
     """template.h5, bodies.h5, poses.h5 and splits.h5 in a folder: 43 pairs, a few hundredths of a second each."""
 
-    def __init__(self, build, folder, rings=24, segments=24):
+    def __init__(self, build, folder, rings=20, segments=20):
         self.bin = os.path.join(os.path.abspath(build), "bin")
         self.folder = folder
         subprocess.run([self.bin + "/small-dataset", folder, str(rings), str(segments)], check=True)

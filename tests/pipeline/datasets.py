@@ -126,7 +126,6 @@ try:
         file.write(b"noise" * 200)
     code, text = data.collect(sharded, "--check")
     check(code == 2 and "0003-of-0007.h5 is not the file that was merged" in text, "--check names a damaged shard")
-    code, text = data.collect(sharded, "--check", "--min-converged", "1")
     os.remove(folder + "/moved/fem.shards/0003-of-0007.h5")
     code, text = data.collect(sharded, "--check")
     check(code == 2 and "0003-of-0007.h5, which does not exist" in text and len(errors(text)) == 1,
@@ -142,8 +141,7 @@ try:
     code, text = data.collect(loose, "--check")
     check(code == 3, "--check has the same gate")
     code, text = data.simulate(loose, "--replay", "4", "--max-iterations", "2", "--load-steps", "0")
-    check(code == 0 and "bit for bit" in text and "iteration limit" in text.replace("-", " ") or "iterations" in text,
-          "an unconverged sample is replayed:")
+    check(code == 0 and "bit for bit" in text and "limit of iterations" in text, "an unconverged sample is replayed:")
     print(text)
 
     # No room, no folder.

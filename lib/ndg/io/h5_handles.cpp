@@ -47,6 +47,10 @@ std::vector<std::string> read_texts(hid_t file_type, hid_t space, std::size_t co
 
 void silence_errors()
 {
+    // A file that could not be written (disk full) stays open within HDF5, whose clean-up at exit would then crash.
+    // Nothing is left to it anyway: every file of ours is closed by its handle.
+    static const bool no_clean_up = H5dont_atexit() >= 0;
+    static_cast<void>(no_clean_up);
     H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
 }
 
@@ -54,6 +58,12 @@ std::string last_error()
 {
     std::string text;
     H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, keep_description, &text);
+    // Of a failed system call the reason alone, without buffers and offsets.
+    const std::string mark = "error message = '";
+    const std::size_t begin = text.find(mark), end = text.find('\'', begin + mark.size());
+    if (begin != std::string::npos && end != std::string::npos) {
+        return text.substr(begin + mark.size(), end - begin - mark.size());
+    }
     return text.empty() ? "unknown HDF5 error" : text;
 }
 
