@@ -8,18 +8,40 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <numeric>
+#include <set>
 
 using namespace ndg;
 
 namespace {
 
-/// Distances of decoded from true vertices over some bodies, m.
-struct Reconstruction {
-    double sum = 0.0, largest = 0.0;
-    int num_bodies = 0;
+using Shapes = std::vector<const Points*>;
 
-    double mean() const { return num_bodies > 0 ? sum / num_bodies : 0.0; }
-};
+double mean(const std::vector<double>& values)
+{
+    return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+}
+
+/// One line a number of components: share of the variance, errors of training and held-out bodies.
+void print_curve(const ShapeSpace& space, const Shapes& train, const Shapes& held_out)
+{
+    const Eigen::VectorXd shares = explained_variances(space);
+    std::set<int> dimensions = {space.dimension()};
+    for (const int dimension : {1, 2, 5, 10, 20, 50, 100, 200, 300})
+        if (dimension < space.dimension()) dimensions.insert(dimension);
+    fmt::print("{:>10} {:>12} {:>14} {:>9} {:>17} {:>9}\n", "components", "variance %", "train mean mm", "max mm",
+               "held-out mean mm", "max mm");
+    for (const int dimension : dimensions) {
+        const ReconstructionErrors fitted = reconstruction_errors(space, train, dimension);
+        fmt::print("{:>10} {:>12.4f} {:>14.3f} {:>9.2f}", dimension, 100.0 * shares[dimension - 1],
+                   1e3 * mean(fitted.means), 1e3 * fitted.largest);
+        if (!held_out.empty()) {
+            const ReconstructionErrors others = reconstruction_errors(space, held_out, dimension);
+            fmt::print(" {:>17.3f} {:>9.2f}", 1e3 * mean(others.means), 1e3 * others.largest);
+        }
+        fmt::print("\n");
+    }
+}
 
 }  // namespace
 
@@ -33,7 +55,7 @@ int main(int argc, char** argv)
               "fit-shape-space --template template.h5 --bodies bodies.h5 --splits splits.h5 --output shape_space.h5");
     tool.input("template", template_path, "template of the bodies");
     tool.input("bodies", bodies_path, "layered bodies");
-    tool.input("splits", splits_path, "splits; only bodies of the train split are fitted");
+    tool.input("splits", splits_path, "splits: only bodies of the train split are fitted; without, all are", false);
     tool.output("output", output_path, "shape space to write");
     tool.parameter("max-components", max_components, "largest number of components kept", 1, 100000);
     tool.parameter("variance", variance, "share of the training variance after which no more are kept", 1e-6, 1.0);
@@ -42,39 +64,25 @@ int main(int argc, char** argv)
         const Template body_template = read_template(template_path);
         const BodySet bodies = read_bodies(bodies_path, body_template);
         const auto num_bodies = static_cast<int>(bodies.bodies.size());
-        const std::vector<int> train = read_splits(splits_path, num_bodies).bodies.at("train");
+        std::vector<char> is_train(bodies.bodies.size(), splits_path.empty());
+        if (!splits_path.empty()) {
+            const std::vector<int> chosen = read_splits(splits_path, num_bodies).bodies.at("train");
+            for (const int body_idx : chosen) is_train[static_cast<std::size_t>(body_idx)] = 1;
+        }
 
-        std::vector<const Points*> shapes;
-        for (const int body_idx : train) {
-            shapes.push_back(&bodies.bodies[static_cast<std::size_t>(body_idx)].volume_vertices);
+        Shapes train, held_out, all;
+        for (std::size_t i = 0; i < bodies.bodies.size(); ++i) {
+            all.push_back(&bodies.bodies[i].volume_vertices);
+            (is_train[i] ? train : held_out).push_back(all.back());
         }
         log_info("Fitting a shape space to {} of {} bodies", train.size(), num_bodies);
-        const ShapeSpace space = fit_shape_space(shapes, max_components, variance);
-
+        const ShapeSpace space = fit_shape_space(train, max_components, variance);
         RowMatrix codes(num_bodies, space.dimension());
-        std::vector<double> errors;
-        Reconstruction fitted, held_out;
-        for (int i = 0; i < num_bodies; ++i) {
-            const Points& vertices = bodies.bodies[static_cast<std::size_t>(i)].volume_vertices;
-            const Eigen::VectorXd code = space.encode(vertices);
-            const Eigen::VectorXd distances = (space.decode(code) - vertices).rowwise().norm();
-            codes.row(i) = code.transpose();
-            errors.push_back(distances.mean());
-            const bool is_train = std::find(train.begin(), train.end(), i) != train.end();
-            Reconstruction& reconstruction = is_train ? fitted : held_out;
-            reconstruction.sum += distances.mean();
-            for (const double distance : distances) {
-                reconstruction.largest = std::max(reconstruction.largest, distance);
-            }
-            ++reconstruction.num_bodies;
-        }
-        write_shape_space(output_path, space, codes, errors, tool.provenance());
-        fmt::print("{}: {} components of {} training bodies explain {:.4f} % of the variance\n", output_path,
-                   space.dimension(), train.size(), 100.0 * space.explained_variance);
-        fmt::print(
-            "reconstruction error: train mean {:.3f} mm, max {:.3f} mm; {} held-out bodies mean {:.3f} mm, "
-            "max {:.3f} mm\n",
-            1e3 * fitted.mean(), 1e3 * fitted.largest, held_out.num_bodies, 1e3 * held_out.mean(),
-            1e3 * held_out.largest);
+        for (int i = 0; i < num_bodies; ++i) codes.row(i) = space.encode(*all[static_cast<std::size_t>(i)]).transpose();
+        write_shape_space(output_path, space, codes, reconstruction_errors(space, all, space.dimension()).means,
+                          tool.provenance());
+        fmt::print("{}: {} components of {} training bodies explain {:.4f} % of the variance; {} bodies held out\n",
+                   output_path, space.dimension(), train.size(), 100.0 * space.explained_variance, held_out.size());
+        print_curve(space, train, held_out);
     });
 }

@@ -23,7 +23,8 @@ int main(int argc, char** argv)
     tool.parameter("min-bmi", options.min_bmi, "smallest body mass index, kg/m^2", 14.0, 49.0);
     tool.parameter("max-bmi", options.max_bmi, "largest body mass index (the procedural body ends at 35)", 15.0, 50.0);
     tool.parameter("muscle-spread", options.muscle_spread, "standard deviation of MakeHuman's muscle slider", 0.0, 0.5);
-    tool.parameter("proportion-spread", options.proportion_spread, "and of its proportions slider", 0.0, 0.5);
+    tool.parameter("proportion-spread", options.proportion_spread, "of its proportions slider", 0.0, 0.5);
+    tool.parameter("detail-spread", options.detail_spread, "of its sliders for girths and segments", 0.0, 0.5);
     return tool.run(argc, argv, [&] {
         const Template body_template = read_template(template_path);
         const BodySet skins = sample_skins(body_template, makehuman, count, tool.seed(), options);

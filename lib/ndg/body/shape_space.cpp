@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace ndg {
 
@@ -19,6 +20,7 @@ constexpr const char* format_name = "ndg-shape-space";
 constexpr int format_version = 1;
 /// Share of the largest eigenvalue below which a direction of the Gram matrix is rounding.
 constexpr double rank_tolerance = 1e-13;
+constexpr Eigen::Index block_rows = 2048;
 /// How far stored (float32) components may be from orthonormal.
 constexpr double orthonormal_tolerance = 1e-4;
 
@@ -37,6 +39,36 @@ void fix_signs(Eigen::MatrixXd& components)
         }
         if (components(largest, c) < 0.0) components.col(c) *= -1.0;
     }
+}
+
+/// Rows of the matrix that has one centred shape a column.
+Eigen::MatrixXd centred_rows(const std::vector<const Points*>& shapes, const Eigen::VectorXd& mean, Eigen::Index row,
+                             Eigen::Index rows)
+{
+    Eigen::MatrixXd block(rows, static_cast<Eigen::Index>(shapes.size()));
+    for (Eigen::Index i = 0; i < block.cols(); ++i)
+        block.col(i) = flattened(*shapes[static_cast<std::size_t>(i)]).segment(row, rows) - mean.segment(row, rows);
+    return block;
+}
+
+/// Inner products of the centred shapes, block by block, so that no second copy of all shapes is needed.
+Eigen::MatrixXd gram_matrix(const std::vector<const Points*>& shapes, const Eigen::VectorXd& mean)
+{
+    const auto count = static_cast<Eigen::Index>(shapes.size());
+    Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(count, count);
+    for (Eigen::Index row = 0; row < mean.size(); row += block_rows) {
+        const Eigen::MatrixXd block = centred_rows(shapes, mean, row, std::min(block_rows, mean.size() - row));
+        gram.selfadjointView<Eigen::Lower>().rankUpdate(block.transpose());
+    }
+    return gram.selfadjointView<Eigen::Lower>();
+}
+
+/// The same of coordinates, for more shapes than coordinates.
+Eigen::MatrixXd scatter_matrix(const std::vector<const Points*>& shapes, const Eigen::VectorXd& mean)
+{
+    Eigen::MatrixXd scatter = Eigen::MatrixXd::Zero(mean.size(), mean.size());
+    for (const Points* shape : shapes) scatter.selfadjointView<Eigen::Lower>().rankUpdate(flattened(*shape) - mean);
+    return scatter.selfadjointView<Eigen::Lower>();
 }
 
 /// C^T C v = v for a fixed vector v: fails for columns that are not orthonormal, at the cost of two products.
@@ -72,41 +104,74 @@ ShapeSpace fit_shape_space(const std::vector<const Points*>& rest_shapes, int ma
     require_input(max_components >= 1 && variance > 0.0 && variance <= 1.0,
                   "A shape space cannot have {} components for a share {} of the variance", max_components, variance);
     const Eigen::Index num_coordinates = rest_shapes.front()->size();
-    Eigen::MatrixXd centred(num_coordinates, count);
+    ShapeSpace space;
+    space.mean = Eigen::VectorXd::Zero(num_coordinates);
     for (Eigen::Index i = 0; i < count; ++i) {
         const Points& shape = *rest_shapes[static_cast<std::size_t>(i)];
         require(shape.size() == num_coordinates, "Body {} has {} coordinates, the first has {}", i, shape.size(),
                 num_coordinates);
         require(shape.array().isFinite().all(), "Body {} has coordinates that are not finite", i);
-        centred.col(i) = flattened(shape);
+        space.mean += flattened(shape) / static_cast<double>(count);
     }
-    ShapeSpace space;
-    space.mean = centred.rowwise().mean();
-    centred.colwise() -= space.mean;
-
-    // There are far fewer bodies than coordinates, so the small Gram matrix gives the right singular vectors.
-    const Eigen::MatrixXd gram = centred.transpose() * centred;
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(gram);
+    const bool by_bodies = count <= num_coordinates;
+    const Eigen::MatrixXd products =
+        by_bodies ? gram_matrix(rest_shapes, space.mean) : scatter_matrix(rest_shapes, space.mean);
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(products);
     require(eigen.info() == Eigen::Success, "The principal components of {} bodies could not be computed", count);
     const Eigen::VectorXd eigenvalues = eigen.eigenvalues().reverse().cwiseMax(0.0);
     const double total = eigenvalues.sum();
-    require_input(total > 0.0, "The {} bodies of the shape space are all the same", count);
+    // Rounding of the mean alone is no variance.
+    require_input(total > rank_tolerance * space.mean.squaredNorm() * std::numeric_limits<double>::epsilon(),
+                  "The {} bodies of the shape space are all the same", count);
 
     Eigen::Index dimension = 0;
     double kept = 0.0;
-    while (dimension < std::min<Eigen::Index>(max_components, count - 1) && kept < variance * total &&
-           eigenvalues[dimension] > rank_tolerance * eigenvalues[0]) {
+    const Eigen::Index most = std::min<Eigen::Index>({max_components, count - 1, num_coordinates});
+    while (dimension < most && kept < variance * total && eigenvalues[dimension] > rank_tolerance * eigenvalues[0]) {
         kept += eigenvalues[dimension++];
     }
     space.explained_variance = std::min(1.0, kept / total);
     space.standard_deviations = (eigenvalues.head(dimension) / static_cast<double>(count - 1)).cwiseSqrt();
 
-    // Left singular vectors; the QR step removes what the squared condition of the Gram matrix cost in orthogonality.
-    const Eigen::MatrixXd directions = centred * eigen.eigenvectors().rowwise().reverse().leftCols(dimension);
-    const Eigen::HouseholderQR<Eigen::MatrixXd> qr(directions);
-    space.components = qr.householderQ() * Eigen::MatrixXd::Identity(num_coordinates, dimension);
+    const Eigen::MatrixXd vectors = eigen.eigenvectors().rowwise().reverse().leftCols(dimension);
+    if (by_bodies) {
+        // Left singular vectors; the QR step removes what the squared condition of the Gram matrix cost in
+        // orthogonality.
+        Eigen::MatrixXd directions(num_coordinates, dimension);
+        for (Eigen::Index row = 0; row < num_coordinates; row += block_rows) {
+            const Eigen::Index rows = std::min(block_rows, num_coordinates - row);
+            directions.middleRows(row, rows) = centred_rows(rest_shapes, space.mean, row, rows) * vectors;
+        }
+        const Eigen::HouseholderQR<Eigen::MatrixXd> qr(directions);
+        space.components = qr.householderQ() * Eigen::MatrixXd::Identity(num_coordinates, dimension);
+    } else {
+        space.components = vectors;
+    }
     fix_signs(space.components);
     return space;
+}
+
+Eigen::VectorXd explained_variances(const ShapeSpace& space)
+{
+    Eigen::VectorXd shares = space.standard_deviations.cwiseAbs2();
+    for (Eigen::Index k = 1; k < shares.size(); ++k) shares[k] += shares[k - 1];
+    return shares * (space.explained_variance / shares[shares.size() - 1]);
+}
+
+ReconstructionErrors reconstruction_errors(const ShapeSpace& space, const std::vector<const Points*>& rest_shapes,
+                                           int dimension)
+{
+    require(dimension >= 1 && dimension <= space.dimension(), "{} components were asked of a shape space of {}",
+            dimension, space.dimension());
+    ReconstructionErrors errors;
+    for (const Points* shape : rest_shapes) {
+        Eigen::VectorXd code = space.encode(*shape);
+        code.tail(space.dimension() - dimension).setZero();
+        const Eigen::VectorXd distances = (space.decode(code) - *shape).rowwise().norm();
+        errors.means.push_back(distances.mean());
+        errors.largest = std::max(errors.largest, distances.maxCoeff());
+    }
+    return errors;
 }
 
 void write_shape_space(const std::string& path, const ShapeSpace& space, const Eigen::Ref<const RowMatrix>& codes,

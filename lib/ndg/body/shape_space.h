@@ -21,8 +21,21 @@ struct ShapeSpace {
     Points decode(const Eigen::Ref<const Eigen::VectorXd>& code) const;
 };
 
-/// Components up to `max_components`, or fewer where they explain `variance` (0..1] of the training variance.
+/// Components up to `max_components`, or fewer where they explain `variance` (0..1] of the training variance. Any
+/// number of shapes from two on, all of one size: by the shapes' inner products, or by the coordinates' where these are
+/// fewer. Throws InputError for fewer or equal shapes.
 ShapeSpace fit_shape_space(const std::vector<const Points*>& rest_shapes, int max_components, double variance);
+
+/// Share of the training variance that the first 1, 2, ..., d components explain.
+Eigen::VectorXd explained_variances(const ShapeSpace& space);
+
+/// Distances of the vertices of shapes decoded from the first `dimension` numbers of their code to the true ones.
+struct ReconstructionErrors {
+    std::vector<double> means;  ///< of each shape, m
+    double largest = 0;         ///< of any vertex of any shape, m
+};
+ReconstructionErrors reconstruction_errors(const ShapeSpace& space, const std::vector<const Points*>& rest_shapes,
+                                           int dimension);
 
 void write_shape_space(const std::string& path, const ShapeSpace& space, const Eigen::Ref<const RowMatrix>& codes,
                        const std::vector<double>& reconstruction_errors, const Provenance& provenance);

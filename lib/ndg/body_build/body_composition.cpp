@@ -9,6 +9,7 @@ namespace {
 
 constexpr double cm = 100.0;
 constexpr double visceral_share_men = 0.15, visceral_share_women = 0.065;
+constexpr double deurenberg_error = 0.041;
 constexpr double fat_in_adipose = 0.80;
 constexpr double adipose_density = 920.0, muscle_density = 1040.0;  ///< kg/m^3
 
@@ -25,7 +26,7 @@ double fat_of_density(double density)
 
 }  // namespace
 
-double fat_share(const BodyGirths& girths, double stature_m, double sex)
+double fat_share(const BodyGirths& girths, double stature_m, double mass_kg, const Person& person)
 {
     // A tape cannot find a neck as thick as the trunk; the bound keeps the logarithm defined.
     const double men = cm * std::max(girths.abdomen - girths.neck, 0.1);
@@ -33,7 +34,9 @@ double fat_share(const BodyGirths& girths, double stature_m, double sex)
     const double height = std::log10(cm * stature_m);
     const double male = fat_of_density(1.0324 - 0.19077 * std::log10(men) + 0.15456 * height);
     const double female = fat_of_density(1.29579 - 0.35004 * std::log10(women) + 0.22100 * height);
-    return std::clamp(by_sex(sex, female, male), 0.04, 0.60);
+    const double bmi = mass_kg / (stature_m * stature_m);
+    const double by_bmi = 0.01 * (1.2 * bmi + 0.23 * person.age_years - 10.8 * person.sex - 5.4);
+    return std::clamp(std::min(by_sex(person.sex, female, male), by_bmi + deurenberg_error), 0.04, 0.55);
 }
 
 double muscle_mass(const BodyGirths& girths, double stature_m, const Person& person, double fat_thickness_m,
@@ -52,7 +55,7 @@ BodyComposition body_composition(const BodyGirths& girths, double stature_m, dou
                                  const Person& person)
 {
     BodyComposition result;
-    result.fat_share = fat_share(girths, stature_m, person.sex);
+    result.fat_share = fat_share(girths, stature_m, mass_kg, person);
     result.fat_mass_kg = result.fat_share * mass_kg;
     const double under_skin = 1.0 - by_sex(person.sex, visceral_share_women, visceral_share_men);
     const double volume = under_skin * result.fat_mass_kg / (fat_in_adipose * adipose_density);

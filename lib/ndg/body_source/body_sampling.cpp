@@ -20,6 +20,7 @@ namespace {
 
 constexpr double stature_tolerance_m = 0.001, bmi_tolerance = 0.05;
 constexpr int max_rounds = 6, max_bisections = 30;
+constexpr double max_detail = 0.6;
 constexpr double thinnest = -1.0, fullest = 4.0;  ///< ends of the path of `on_path`
 
 /// People along a path from thin to heavy: muscle grows to what is wished, then the weight slider rises, then muscle
@@ -47,19 +48,18 @@ void BodySamplingOptions::check() const
                   muscle_spread);
     require_input(proportion_spread >= 0.0 && proportion_spread <= 0.5, "proportion_spread is {}, allowed is 0 to 0.5",
                   proportion_spread);
+    require_input(detail_spread >= 0.0 && detail_spread <= 0.5, "detail_spread is {}, allowed is 0 to 0.5",
+                  detail_spread);
     require_input(min_bmi >= 14.0 && max_bmi <= 50.0 && max_bmi - min_bmi >= 1.0,
                   "the body mass index is asked from {} to {}, allowed is a range of at least 1 within 14 to 50",
                   min_bmi, max_bmi);
 }
 
-MakeHumanParameters makehuman_parameters(const MakeHuman& source, const Adult& adult, double muscle, double proportions)
+MakeHumanParameters makehuman_parameters(const MakeHuman& source, const Adult& adult, MakeHumanParameters wished)
 {
-    MakeHumanParameters wished;
     wished.sex = adult.male ? 1.0 : 0.0;
     // MakeHuman's young shape stands for 25 years and less.
     wished.age = 0.5 + std::max(0.0, adult.age_years - 25.0) / 130.0;
-    wished.muscle = muscle;
-    wished.proportions = proportions;
     double place = 0.6, height = 0.5, reached_stature = 0.0, reached_bmi = 0.0;
     for (int round = 0; round < max_rounds; ++round) {
         // Stature rises with the slider, and hardly depends on weight.
@@ -96,9 +96,12 @@ MakeHumanParameters sample_parameters(const MakeHuman& source, std::uint64_t see
     options.check();
     const Adult adult = sample_adult(seed, body_idx, options.min_bmi, options.max_bmi);
     Random random(seed, "makehuman", static_cast<std::uint64_t>(body_idx));
-    const double muscle = std::clamp((adult.male ? 0.5 : 0.4) + options.muscle_spread * random.normal(), 0.05, 0.95);
-    const double proportions = std::clamp(0.5 + options.proportion_spread * random.normal(), 0.05, 0.95);
-    return makehuman_parameters(source, adult, muscle, proportions);
+    MakeHumanParameters wished;
+    wished.muscle = std::clamp((adult.male ? 0.5 : 0.4) + options.muscle_spread * random.normal(), 0.05, 0.95);
+    wished.proportions = std::clamp(0.5 + options.proportion_spread * random.normal(), 0.05, 0.95);
+    for (std::size_t i = 0; i < makehuman_details().size(); ++i)
+        wished.details.push_back(std::clamp(options.detail_spread * random.normal(), -max_detail, max_detail));
+    return makehuman_parameters(source, adult, wished);
 }
 
 Body skin_on_template(const Template& body_template, const ParametricSurface& surface, const std::string& name)

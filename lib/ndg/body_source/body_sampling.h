@@ -15,17 +15,17 @@ struct BodySamplingOptions {
     double min_bmi = 17.0, max_bmi = 45.0;
     double muscle_spread = 0.2;       ///< standard deviation of MakeHuman's muscle slider (0..1)
     double proportion_spread = 0.18;  ///< of its proportions
+    double detail_spread = 0.2;       ///< of each of makehuman_details()
 
     /// Throws InputError for values outside their ranges.
     void check() const;
 };
 
-/// MakeHuman's parameters for an adult: `muscle` and `proportions` are wishes; height is solved for the stature (within
-/// 1 mm), and weight for the body mass index (within 0.05). Who is heavier than the weight slider reaches gets fullness
-/// and less muscle than wished, who is lighter less muscle too: MakeHuman's heaviest have no muscle. Throws Error
-/// naming what cannot be reached.
-MakeHumanParameters makehuman_parameters(const MakeHuman& source, const Adult& adult, double muscle,
-                                         double proportions);
+/// MakeHuman's parameters for an adult of the muscle, proportions and details of `wished`: muscle is no more than a
+/// wish; height is solved for the stature (within 1 mm), and weight for the body mass index (within 0.05). Who is
+/// heavier than the weight slider reaches gets fullness and less muscle than wished, who is lighter less muscle too:
+/// MakeHuman's heaviest have no muscle. Throws Error naming what cannot be reached.
+MakeHumanParameters makehuman_parameters(const MakeHuman& source, const Adult& adult, MakeHumanParameters wished);
 
 /// Parameters of body `body_idx`. Depends on (seed, body_idx) and the options alone.
 MakeHumanParameters sample_parameters(const MakeHuman& source, std::uint64_t seed, int body_idx,

@@ -35,6 +35,50 @@ void MakeHumanParameters::check() const
     in_range("height", height, 0.0);
     in_range("proportions", proportions, 0.0);
     in_range("fullness", fullness, 0.0, max_fullness);
+    require_input(details.empty() || details.size() == makehuman_details().size(),
+                  "MakeHuman's body was given {} details, it has {}", details.size(), makehuman_details().size());
+    for (std::size_t i = 0; i < details.size(); ++i) in_range(makehuman_details()[i].c_str(), details[i], -1.0);
+}
+
+const std::vector<std::string>& makehuman_details()
+{
+    static const std::vector<std::string> names = {"torso/torso-scale-horiz",
+                                                   "torso/torso-scale-depth",
+                                                   "torso/torso-vshape",
+                                                   "torso/torso-muscle-pectoral",
+                                                   "torso/torso-muscle-dorsi",
+                                                   "torso/measure-shoulder-dist",
+                                                   "torso/measure-bust-circ",
+                                                   "torso/measure-underbust-circ",
+                                                   "torso/measure-waist-circ",
+                                                   "torso/measure-hips-circ",
+                                                   "torso/measure-napetowaist-dist",
+                                                   "torso/measure-waisttohip-dist",
+                                                   "hip/hip-scale-horiz",
+                                                   "hip/hip-scale-depth",
+                                                   "stomach/stomach-tone",
+                                                   "stomach/stomach-pregnant",
+                                                   "buttocks/buttocks-volume",
+                                                   "pelvis/pelvis-tone",
+                                                   "neck/measure-neck-circ",
+                                                   "neck/measure-neck-height",
+                                                   "arms/side-upperarm-fat",
+                                                   "arms/side-lowerarm-fat",
+                                                   "arms/side-upperarm-muscle",
+                                                   "arms/side-lowerarm-muscle",
+                                                   "arms/side-upperarm-shoulder-muscle",
+                                                   "arms/measure-upperarm-length",
+                                                   "arms/measure-lowerarm-length",
+                                                   "legs/side-upperleg-fat",
+                                                   "legs/side-lowerleg-fat",
+                                                   "legs/side-upperleg-muscle",
+                                                   "legs/side-lowerleg-muscle",
+                                                   "legs/measure-upperleg-height",
+                                                   "legs/measure-lowerleg-height",
+                                                   "legs/measure-knee-circ",
+                                                   "legs/measure-thigh-circ",
+                                                   "legs/measure-calf-circ"};
+    return names;
 }
 
 double makehuman_age_years(double age)
@@ -104,6 +148,28 @@ const Components& fullness_targets()
     return targets;
 }
 
+void add_detail_targets(const MakeHumanParameters& parameters, std::vector<WeightedTarget>& targets)
+{
+    if (parameters.fullness > 0.0)
+        for (const auto& [name, share] : fullness_targets())
+            targets.push_back({"targets/" + name + ".target.gz", share * parameters.fullness});
+    for (std::size_t i = 0; i < parameters.details.size(); ++i) {
+        const double value = parameters.details[i];
+        if (value == 0.0) continue;
+        const std::string& name = makehuman_details()[i];
+        const std::size_t slash = name.find('/');
+        const std::string folder = name.substr(0, slash + 1), rest = name.substr(slash + 1);
+        const std::string end = std::string(value > 0.0 ? "-incr" : "-decr") + ".target.gz";
+        // Targets of one limb stand for both.
+        const bool one_side = rest.rfind("side-", 0) == 0;
+        for (const char* side : {"l-", "r-"}) {
+            const std::string file = one_side ? side + rest.substr(5) : rest;
+            targets.push_back({"targets/" + folder + file + end, std::abs(value)});
+            if (!one_side) break;
+        }
+    }
+}
+
 }  // namespace
 
 struct MakeHuman::State {
@@ -167,9 +233,7 @@ ParametricSurface MakeHuman::evaluate(const MakeHumanParameters& parameters) con
     parameters.check();
     Points all = state_->base_vertices;
     std::vector<WeightedTarget> targets = macro_targets(parameters);
-    if (parameters.fullness > 0.0)
-        for (const auto& [name, share] : fullness_targets())
-            targets.push_back({"targets/" + name + ".target.gz", share * parameters.fullness});
+    add_detail_targets(parameters, targets);
     for (const WeightedTarget& weighted : targets) {
         const MakeHumanTarget& target = state_->target(weighted.file);
         for (std::size_t i = 0; i < target.vertices.size(); ++i)

@@ -7,6 +7,7 @@
 
 #include <memory>
 #include <string>
+#include <vector>
 
 namespace ndg {
 
@@ -21,10 +22,17 @@ struct MakeHumanParameters {
     /// Weight of MakeHuman's targets for larger girths of trunk, limbs and neck, 0 to 3: beyond what the weight slider
     /// reaches, which ends at a body mass index of about 33 for women and 40 for men, and that without any muscle.
     double fullness = 0.0;
+    /// Weights of makehuman_details(), -1 to 1 each; empty: none.
+    std::vector<double> details;
 
     /// Throws InputError for a value outside its range.
     void check() const;
 };
+
+/// Names of MakeHuman's measure and detail targets in which people of equal stature and mass differ, folder and name
+/// without -incr and -decr ("side": l and r): girths, breadths and depths of trunk and limbs, lengths of their
+/// segments. Both sides of the body change alike.
+const std::vector<std::string>& makehuman_details();
 
 /// Years of age for MakeHuman's age slider.
 double makehuman_age_years(double age);
