@@ -158,8 +158,9 @@ FittedBody BodyFitter::fit(const std::string& name, const ScanPoints& scan, cons
             trial.last_reach = 0.02;
             start = fit_articulated(model_, moved, start, {}, trial, &score);
         }
-        log_debug("{}: up {}, distance {:.1f} mm rigid, {:.1f} mm posed", name, candidate.up, 1e3 * candidate.error,
-                  1e3 * score);
+        const Eigen::Matrix3d turn = candidate.template_from_file.linear();
+        log_debug("{}: up {}, heading {:.0f} degrees, distance {:.1f} mm rigid, {:.1f} mm posed", name, candidate.up,
+                  std::atan2(turn(0, 2), turn(2, 2)) * 180.0 / EIGEN_PI, 1e3 * candidate.error, 1e3 * score);
         if (placement != nullptr && score >= best) continue;
         best = score;
         placement = &candidate;

@@ -23,8 +23,10 @@ struct FitOptions {
     // Quality gate.
     double max_mean = 0.004;    ///< mean distance of covered scan points to the skin, m, scan noise included
     double min_coverage = 0.9;  ///< share of the scan's points within `covered` of the skin
-    double min_seen = 0.6;      ///< share of the skin with a scan point within `covered`
+    double min_seen = 0.7;      ///< share of the skin with a scan point within `covered`
     double covered = 0.015;     ///< m
+    double min_stature = 1.2, max_stature = 2.35;  ///< m
+    double max_flipped = 0.001;                    ///< share of the triangles
 };
 
 /// How well a skin fits a scan.

@@ -111,6 +111,13 @@ void measure_fit(const Eigen::Ref<const Points>& posed_skin, const Eigen::Ref<co
         report.defects.push_back(fmt::format("the scan shows only {:.0f} % of the skin, {:.0f} % are needed",
                                              100 * report.seen, 100 * options.min_seen));
     }
+    if (!(report.stature >= options.min_stature && report.stature <= options.max_stature)) {
+        report.defects.push_back(fmt::format("a stature of {:.2f} m is not one from {:.2f} to {:.2f} m", report.stature,
+                                             options.min_stature, options.max_stature));
+    }
+    if (report.flipped_triangles > options.max_flipped * static_cast<double>(triangles.rows())) {
+        report.defects.push_back(fmt::format("{} triangles are flipped", report.flipped_triangles));
+    }
 }
 
 std::string report_line(const FitReport& r)

@@ -35,20 +35,14 @@ void orient_by_propagation(const Eigen::Ref<const Points>& points, const RowMatr
             graph[static_cast<std::size_t>(j)].push_back(i);
         }
     }
-    const Eigen::RowVector3d centre = points.colwise().mean();
-    std::vector<int> outermost_first(static_cast<std::size_t>(count));
-    for (int i = 0; i < count; ++i) outermost_first[static_cast<std::size_t>(i)] = i;
-    const Eigen::VectorXd distances = (points.rowwise() - centre).rowwise().squaredNorm();
-    std::sort(outermost_first.begin(), outermost_first.end(),
-              [&](int a, int b) { return distances[a] != distances[b] ? distances[a] > distances[b] : a < b; });
     std::vector<char> done(static_cast<std::size_t>(count), 0);
-    for (const int start : outermost_first) {
+    for (int start = 0; start < count; ++start) {
         if (done[static_cast<std::size_t>(start)]) continue;
-        // The outermost point of a part is seen from outside.
-        if (normals.row(start).dot(points.row(start) - centre) < 0) normals.row(start) *= -1.0;
+        std::vector<int> part;
         std::priority_queue<Step> queue;
         const auto leave = [&](int i) {
             done[static_cast<std::size_t>(i)] = 1;
+            part.push_back(i);
             for (const int j : graph[static_cast<std::size_t>(i)]) {
                 if (!done[static_cast<std::size_t>(j)]) {
                     queue.push({std::abs(normals.row(i).dot(normals.row(j))), j, i});
@@ -62,6 +56,14 @@ void orient_by_propagation(const Eigen::Ref<const Points>& points, const RowMatr
             if (done[static_cast<std::size_t>(step.to)]) continue;
             if (normals.row(step.to).dot(normals.row(step.from)) < 0) normals.row(step.to) *= -1.0;
             leave(step.to);
+        }
+        // Of a closed surface with outward normals the integral of normal * position is three times the volume.
+        Eigen::RowVector3d centre = Eigen::RowVector3d::Zero();
+        for (const int i : part) centre += points.row(i) / static_cast<double>(part.size());
+        double volume = 0.0;
+        for (const int i : part) volume += normals.row(i).dot(points.row(i) - centre);
+        if (volume < 0) {
+            for (const int i : part) normals.row(i) *= -1.0;
         }
     }
 }

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "ndg/core/error.h"
+#include "ndg/core/file.h"
+#include "ndg/io/mesh.h"
+#include "ndg/registration/batch_report.h"
+#include "ndg/registration/people.h"
+#include "registration/test_support.h"
+#include "support/support.h"
+
+#include <fstream>
+
+using namespace ndg;
+
+TEST_CASE("a batch reports bad scans, goes on, and starts again where it was stopped")
+{
+    const test::TemporaryFolder folder;
+    const SkinnedSurface& skin = test::template_skin();
+    ScanSimulationOptions simulation;
+    simulation.points = 10000;
+    const SimulatedScan simulated = simulate_scan(skin, simulation, 1, 1);
+    write_mesh(folder.file("a.ply"), simulated.scan.vertices, simulated.scan.triangles);
+    std::ofstream(folder.file("b.obj")) << "v 0 0 nan\n";
+    std::ofstream(folder.file("c.stl")).flush();
+    const std::vector<std::string> files = scan_files({folder.path()});
+    REQUIRE(files.size() == 3);
+    FitOptions options;
+    options.rounds = 1;
+    options.articulated.samples = 600;
+    options.nonrigid.iterations = 6;
+    const BodyFitter fitter(test::skin_template(), options);
+    BatchOptions batch;
+    batch.output = folder.file("out.h5");
+    const auto entries = fit_batch(fitter, files, options, skin.triangles, batch, [] { return false; });
+    REQUIRE(entries.size() == 3);
+    CHECK(entries[0].failure.empty());
+    CHECK(entries[1].failure.find("b.obj") != std::string::npos);
+    CHECK(entries[2].failure.find("c.stl") != std::string::npos);
+    CHECK_THROWS_AS(fit_batch(fitter, files, options, skin.triangles, batch, [] { return true; }), Interrupted);
+    // From the part: the same numbers, its time included.
+    const auto again = fit_batch(fitter, files, options, skin.triangles, batch, [] { return false; });
+    CHECK(again[0].fitted.report.seconds == entries[0].fitted.report.seconds);
+    CHECK(again[0].fitted.body.skin_vertices == entries[0].fitted.body.skin_vertices);
+    CHECK(batch_skins(again, false, [](const std::string&) { return std::make_pair(0.0, 30.0); }).bodies.size() == 1);
+    CHECK(batch_poses(again, false).size() == 1);
+    const TrueBody truth = {"a", simulated.posed_skin, simulated.posed_joints, skin.vertices, skin.joint_positions};
+    const BatchReport report(again, {{truth}}, skin.triangles);
+    CHECK(report.scans == 3);
+    CHECK(report.fitted == 1);
+    CHECK(report.passed == 1);
+    CHECK(report.worst == "a");
+    CHECK(report.errors.at("a").surface_mean < 0.002);
+    CHECK(report.text(again).find("not passed: b, c") != std::string::npos);
+    write_file(folder.file("report.json"), report.json(again));
+    const ReportedFit reported = read_reported_fit(folder.file("report.json"), "");
+    CHECK(reported.name == "a");
+    CHECK(reported.file == folder.file("a.ply"));
+    CHECK(reported.unit == "m");
+    CHECK_THROWS_AS(read_reported_fit(folder.file("report.json"), "b"), InputError);
+
+    // A fit that misses the gate is worse than a good one, and is no body of the set.
+    std::vector<BatchEntry> two = {again[0], again[0]};
+    two[1].fitted.body.name = "missed";
+    two[1].fitted.report.defects = {"too far"};
+    CHECK(BatchReport(two, {}, skin.triangles).worst == "missed");
+    const auto nobody = [](const std::string&) { return std::make_pair(0.5, 40.0); };
+    CHECK(batch_skins(two, false, nobody).bodies.size() == 1);
+    CHECK(batch_skins(two, true, nobody).bodies.size() == 2);
+    CHECK_THROWS_AS(scan_files({folder.file("a.ply"), folder.file("a.ply")}), InputError);
+}
+
+TEST_CASE("people are written as they are read")
+{
+    const test::TemporaryFolder folder;
+    BodySet bodies;
+    bodies.parameter_names = {"stature_m", "age_years", "sex"};
+    bodies.bodies.resize(2);
+    bodies.bodies[0].name = "a";
+    bodies.bodies[1].name = "b";
+    bodies.parameters.resize(2, 3);
+    bodies.parameters << 1.7, 33.0, 0.0, 1.8, 44.0, 1.0;
+    write_people(folder.file("people.json"), bodies, "skins");
+    const People people = read_people(folder.file("people.json"));
+    REQUIRE(people.size() == 2);
+    CHECK(people.at("a").sex == 0.0);
+    CHECK(people.at("a").age_years == 33.0);
+    CHECK(people.at("b").sex == 1.0);
+    bodies.parameter_names[2] = "gender";
+    CHECK_THROWS_AS(write_people(folder.file("people.json"), bodies, "skins"), InputError);
+}
