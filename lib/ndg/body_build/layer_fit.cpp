@@ -25,6 +25,8 @@ constexpr int first_rings = 2;  ///< around bad prisms that are free in the firs
 constexpr int max_newton_steps = 12;
 constexpr double converged_share = 1e-4;  ///< of the energy, gained by a step
 constexpr double ridge = 1e-6;
+constexpr int rounds_to_restart = 4;       ///< after that many, columns whose prisms are still invalid start anew
+constexpr double shell_thickness = 0.004;  ///< m of both layers together, there
 
 using Surfaces = std::array<Points, num_surfaces>;
 
@@ -241,6 +243,19 @@ void relax(const Patch& patch, Surfaces& at)
     }
 }
 
+/// Puts the wraps of marked columns into a thin shell under the skin's target, which turns columns round that are
+/// caught in a fold.
+void restart_columns(const std::vector<char>& marked, const Points& skin, const Points& normals, Surfaces& at)
+{
+    for (std::size_t i = 0; i < marked.size(); ++i) {
+        if (!marked[i]) continue;
+        const auto v = static_cast<Eigen::Index>(i);
+        at[2].row(v) = skin.row(v);
+        at[1].row(v) = skin.row(v) - 0.5 * shell_thickness * normals.row(v);
+        at[0].row(v) = skin.row(v) - shell_thickness * normals.row(v);
+    }
+}
+
 /// Adds `rings` rings of neighbours to what is marked.
 void grow(std::vector<char>& marked, const std::vector<std::vector<int>>& neighbours, int rings)
 {
@@ -277,11 +292,12 @@ LayerSurfaces fit_layers(const Eigen::Ref<const Triangles>& triangles, const Lay
     const Surfaces wanted{targets.bone, targets.muscle, targets.skin};
     Surfaces at = wanted, best = wanted;
     Eigen::ArrayX2d weights = Eigen::ArrayX2d::Ones(num_triangles, 2);
+    const Points normals = vertex_normals(targets.skin, triangles);
     std::vector<char> moved(static_cast<std::size_t>(count), 0);
     report = {};
     report.min_scaled_jacobian = -std::numeric_limits<double>::max();
     for (int round = 0;; ++round) {
-        std::vector<char> bad(static_cast<std::size_t>(count), 0);
+        std::vector<char> bad(static_cast<std::size_t>(count), 0), invalid = bad;
         double lowest = std::numeric_limits<double>::max();
         int worst = -1, num_bad = 0;
         for (Eigen::Index t = 0; t < num_triangles; ++t)
@@ -295,7 +311,10 @@ LayerSurfaces fit_layers(const Eigen::Ref<const Triangles>& triangles, const Lay
                     continue;
                 ++num_bad;
                 if (round > 0) weights(t, layer) = std::min(weight_growth * weights(t, layer), max_weight);
-                for (int k = 0; k < 3; ++k) bad[static_cast<std::size_t>(triangles(t, k))] = 1;
+                for (int k = 0; k < 3; ++k) {
+                    bad[static_cast<std::size_t>(triangles(t, k))] = 1;
+                    if (quality[0] <= 0.0) invalid[static_cast<std::size_t>(triangles(t, k))] = 1;
+                }
             }
         log_debug("layers: round {}, {} of {} prisms below what is wanted, smallest scaled Jacobian {:.4f}", round,
                   num_bad, 2 * num_triangles, lowest);
@@ -306,6 +325,10 @@ LayerSurfaces fit_layers(const Eigen::Ref<const Triangles>& triangles, const Lay
         }
         report.rounds = round;
         if (num_bad == 0 || round == options.max_rounds) break;
+        if (round > 0 && round % rounds_to_restart == 0 && lowest <= 0.0) {
+            grow(invalid, neighbours, round / rounds_to_restart);
+            restart_columns(invalid, targets.skin, normals, at);
+        }
         grow(bad, neighbours, first_rings + round / 2);
         for (std::size_t v = 0; v < bad.size(); ++v) moved[v] = moved[v] || bad[v];
         relax(Patch(triangles, wanted, at, neighbours, options, weights, bad), at);
