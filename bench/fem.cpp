@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Core-seconds of one FEM sample, and where they go. Without --template: a bent tube.
 #include "ndg/core/error.h"
+#include "ndg/core/stopwatch.h"
 #include "ndg/core/threads.h"
 #include "ndg/core/tool.h"
-#include "ndg/fem/simulator.h"
+#include "ndg/fem/simulation_parameters.h"
 #include "report.h"
 #include "support/support.h"
 
@@ -11,25 +12,19 @@
 
 #include <omp.h>
 
-#include <ctime>
 #include <functional>
+
 #include <numeric>
 
 using namespace ndg;
 
 namespace {
 
-/// Processor time of this thread, so that other work on the machine does not count.
 double seconds_of(const std::function<void()>& work)
 {
-    const auto now = [] {
-        timespec time{};
-        clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
-        return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
-    };
-    const double start = now();
+    const double start = thread_seconds();
     work();
-    return now() - start;
+    return thread_seconds() - start;
 }
 
 struct Case {
@@ -72,8 +67,7 @@ int main(int argc, char** argv)
     tool.input("poses", poses_path, "poses, spread evenly over the samples", false);
     tool.parameter("samples", samples, "samples to simulate", 1, 100000);
     tool.parameter("rings", rings, "rings of the tube", 3, 100000);
-    tool.parameter("relative-tolerance", options.newton.relative_tolerance, "share of forces out of balance", 1e-14,
-                   0.1);
+    add_simulation_parameters(tool, options);
     tool.output("output", output, "JSON result", false);
     return tool.run(argc, argv, [&] {
         set_num_threads(1);
@@ -98,19 +92,23 @@ int main(int argc, char** argv)
             last = result.vertices;
             fmt::print(
                 stderr,
-                "sample {:3d}: {:.2f} s, {:2d} iterations, {:2d} factorizations, {}, |g| {:.1e} N, relative {:.1e}\n",
-                i, seconds.back(), result.newton.iterations, result.newton.factorizations, describe(result.newton.stop),
-                result.newton.residual_newton, result.newton.residual_relative);
+                "sample {:3d}: {:.2f} s (relax {:.2f}, assemble {:.2f}, factor {:.2f}, solve {:.2f}, evaluate {:.2f}), "
+                "{:2d} iterations, {:2d} factorizations, {:2d} cg, {}, |g| {:.1e} N, relative {:.1e}, {} inverted\n",
+                i, seconds.back(), result.newton.seconds.relaxation, result.newton.seconds.assembly,
+                result.newton.seconds.factorization, result.newton.seconds.substitution,
+                result.newton.seconds.evaluation, result.newton.iterations, result.newton.factorizations,
+                result.newton.cg_iterations, describe(result.newton.stop), result.newton.residual_newton,
+                result.newton.residual_relative, result.inverted_prisms);
         }
 
-        const ElasticModel& model = simulator.model();
+        const ElasticSystem& model = simulator.system();
         Eigen::SparseMatrix<double> hessian = model.hessian_pattern();
         SparseCholesky cholesky(SparseCholesky::Method::supernodal);
         cholesky.analyze(hessian);
         Eigen::VectorXd gradient, absolute;
         bench::Report report("fem");
-        report.add("prisms", static_cast<double>(model.prisms().rows()));
-        report.add("unknowns", model.num_dofs());
+        report.add("prisms", static_cast<double>(model.model().prisms().rows()));
+        report.add("unknowns", model.num_unknowns());
         report.add("core_seconds_median", bench::quantile(seconds, 0.5));
         report.add("core_seconds_p95", bench::quantile(seconds, 0.95));
         report.add("iterations_median", bench::quantile(iterations, 0.5));
@@ -123,8 +121,9 @@ int main(int argc, char** argv)
         report.add("set_body_seconds", seconds_of([&] { simulator.set_body(bench.bodies.front()); }));
         report.add("energy_seconds", seconds_of([&] { model.energy(last); }));
         report.add("gradient_seconds", seconds_of([&] { model.gradient(last, gradient, absolute); }));
-        report.add("exact_hessian_seconds", seconds_of([&] { model.hessian(last, false, hessian); }));
-        report.add("projected_hessian_seconds", seconds_of([&] { model.hessian(last, true, hessian); }));
+        report.add("exact_hessian_seconds", seconds_of([&] { model.hessian(last, HessianKind::exact, hessian); }));
+        report.add("projected_hessian_seconds",
+                   seconds_of([&] { model.hessian(last, HessianKind::projected, hessian); }));
         report.add("factor_seconds", seconds_of([&] { cholesky.factorize(hessian); }));
         report.add("solve_seconds", seconds_of([&] { cholesky.solve(gradient); }));
         report.add("factor_nonzeros", cholesky.factor_nonzeros());

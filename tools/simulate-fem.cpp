@@ -4,6 +4,7 @@
 #include "ndg/core/tool.h"
 #include "ndg/fem/replay.h"
 #include "ndg/fem/sample_shards.h"
+#include "ndg/fem/simulation_parameters.h"
 
 int main(int argc, char** argv)
 {
@@ -24,19 +25,7 @@ int main(int argc, char** argv)
     tool.parameter("shard", shard_text, "i/n: only every n-th pair from i on; collect-samples joins the shards");
     tool.parameter("replay", replay_idx, "simulate this sample alone, tell every iteration and keep nothing; -1: none",
                    -1, 1 << 30);
-    tool.parameter("young-muscle", options.material.young_muscle_pascal, "Young's modulus of the muscle layer, Pa", 1,
-                   1e9);
-    tool.parameter("young-fat", options.material.young_fat_pascal, "Young's modulus of the fat layer, Pa", 1, 1e9);
-    tool.parameter("poisson-ratio", options.material.poisson_ratio, "Poisson's ratio of both layers", 0.13, 0.4999);
-    tool.parameter("flesh-stiffness", options.material.flesh_stiffness, "factor k_f of the flesh energy", 1e-6, 1e6);
-    tool.parameter("stretch-stiffness", options.material.stretch_stiffness, "factor k_s of skin stretching, J", 0, 1e6);
-    tool.parameter("bend-stiffness", options.material.bend_stiffness, "factor k_b of skin bending, J", 0, 1e6);
-    tool.parameter("relative-tolerance", options.newton.relative_tolerance,
-                   "converged at this share of forces out of balance", 1e-14, 0.1);
-    tool.parameter("absolute-tolerance", options.newton.absolute_tolerance_newton,
-                   "or at this norm of the forces out of balance, N", 0, 1);
-    tool.parameter("max-iterations", options.newton.max_iterations, "limit of Newton iterations a solve", 1, 10000);
-    tool.parameter("load-steps", options.load_steps, "steps from rest where the direct solve fails; 0: none", 0, 1000);
+    add_simulation_parameters(tool, options);
     tool.parameter("min-converged", min_converged, "smallest share of converged samples for exit code 0", 0, 1);
     return tool.run(argc, argv, [&] {
         catch_interrupts();

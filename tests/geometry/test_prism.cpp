@@ -163,6 +163,29 @@ TEST_CASE("prism: volume gradient matches finite differences")
     CHECK(gradient.colwise().sum().norm() < 1e-14);
 }
 
+TEST_CASE("prism: volume Hessian matches finite differences of the gradient")
+{
+    PrismVertices prism = random_prism(5, 0.4);
+    const Eigen::Matrix<double, 18, 18> hessian = prism_volume_hessian(prism);
+    REQUIRE(hessian.norm() > 1e-3);
+    const double step = 1e-5;
+    for (int a = 0; a < 6; ++a) {
+        for (int c = 0; c < 3; ++c) {
+            const double value = prism(a, c);
+            prism(a, c) = value + step;
+            const PrismVertices high = prism_volume_gradient(prism);
+            prism(a, c) = value - step;
+            const PrismVertices low = prism_volume_gradient(prism);
+            prism(a, c) = value;
+            const PrismVertices column = (high - low) / (2 * step);
+            for (int b = 0; b < 6; ++b) {
+                const Eigen::Vector3d difference = hessian.block<3, 1>(3 * b, 3 * a + c) - column.row(b).transpose();
+                CHECK(difference.norm() < 1e-9);
+            }
+        }
+    }
+}
+
 TEST_CASE("prism: the gradient operator reproduces affine maps")
 {
     for (std::uint64_t index = 0; index < 10; ++index) {

@@ -15,6 +15,8 @@ Lame lame_parameters(double young_modulus_pascal, double poisson_ratio)
 
 void MaterialOptions::check() const
 {
+    require_input(energy == "paper" || energy == "inversion-free",
+                  "energy is \"{}\", it must be \"paper\" or \"inversion-free\"", energy);
     const auto positive = [](const char* name, double value) {
         require_input(std::isfinite(value) && value > 0, "{} is {}, it must be positive", name, value);
     };

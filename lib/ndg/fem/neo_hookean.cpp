@@ -58,7 +58,16 @@ Matrix9 neo_hookean_hessian(const Eigen::Matrix3d& deformation, const Lame& lame
     return hessian;
 }
 
-Matrix9 neo_hookean_projected_hessian(const Eigen::Matrix3d& deformation, const Lame& lame)
+double neo_hookean_stability(const Eigen::Matrix3d& deformation, const Lame& lame)
+{
+    Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver;
+    solver.computeDirect(deformation.transpose() * deformation, Eigen::EigenvaluesOnly);
+    const double largest = std::sqrt(std::max(solver.eigenvalues()(2), 0.0));
+    const double pressure = lame.lambda * (deformation.determinant() - 1) - lame.mu;
+    return 1 - std::abs(pressure) * largest / lame.mu;
+}
+
+Matrix9 neo_hookean_projected_modes(const Eigen::Matrix3d& deformation, const Lame& lame)
 {
     const Eigen::JacobiSVD<Eigen::Matrix3d> svd(deformation, Eigen::ComputeFullU | Eigen::ComputeFullV);
     Eigen::Vector3d s = svd.singularValues();
@@ -103,7 +112,13 @@ Matrix9 neo_hookean_projected_hessian(const Eigen::Matrix3d& deformation, const 
         const Eigen::Vector3d axis = std::sqrt(std::max(solver.eigenvalues()(k), 0.0)) * solver.eigenvectors().col(k);
         scaled_modes.col(mode++) = axis(0) * dyads.col(0) + axis(1) * dyads.col(4) + axis(2) * dyads.col(8);
     }
-    return scaled_modes.lazyProduct(scaled_modes.transpose());
+    return scaled_modes;
+}
+
+Matrix9 neo_hookean_projected_hessian(const Eigen::Matrix3d& deformation, const Lame& lame)
+{
+    const Matrix9 modes = neo_hookean_projected_modes(deformation, lame);
+    return modes.lazyProduct(modes.transpose());
 }
 
 }  // namespace ndg

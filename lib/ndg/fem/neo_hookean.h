@@ -18,6 +18,11 @@ double neo_hookean_energy(const Eigen::Matrix3d& deformation, const Lame& lame);
 Eigen::Matrix3d neo_hookean_stress(const Eigen::Matrix3d& deformation, const Lame& lame);
 /// d^2 psi / d F^2.
 Matrix9 neo_hookean_hessian(const Eigen::Matrix3d& deformation, const Lame& lame);
+/// Smallest eigenvalue of the Hessian among its twist and flip modes, over mu: the others are rarely smaller.
+double neo_hookean_stability(const Eigen::Matrix3d& deformation, const Lame& lame);
+/// M with M M^T the Hessian with negative eigenvalues set to zero: its eigenvectors, scaled by the roots of their
+/// eigenvalues, one a column.
+Matrix9 neo_hookean_projected_modes(const Eigen::Matrix3d& deformation, const Lame& lame);
 /// The Hessian with negative eigenvalues set to zero, by its analytic eigensystem in the frame of the singular vectors.
 Matrix9 neo_hookean_projected_hessian(const Eigen::Matrix3d& deformation, const Lame& lame);
 

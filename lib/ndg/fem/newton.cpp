@@ -2,7 +2,7 @@
 #include "ndg/fem/newton.h"
 
 #include "ndg/core/error.h"
-#include "ndg/core/log.h"
+#include "ndg/core/stopwatch.h"
 
 #include <cmath>
 
@@ -13,11 +13,6 @@ namespace {
 constexpr double armijo_share = 1e-4;
 constexpr int max_halvings = 40;
 constexpr double max_expansion = 64;
-/// Below this residual the exact Hessian is tried before the projected one: near the minimum it is nearly always
-/// positive definite as a whole, and its steps converge quadratically.
-constexpr double exact_below_relative = 0.1;
-constexpr double smallest_share = 1.0 / 64, share_growth = 4;
-constexpr int max_projected_attempts = 8;
 
 }  // namespace
 
@@ -45,127 +40,100 @@ std::string describe(NewtonStop stop)
     return "unknown";
 }
 
-NewtonSolver::NewtonSolver(const ElasticModel& model)
-    : model_(model), hessian_(model.hessian_pattern()), cholesky_(SparseCholesky::Method::supernodal)
+void NewtonSolver::place(Points& positions, double step) const
 {
-    cholesky_.analyze(hessian_);
-}
-
-bool NewtonSolver::factorize()
-{
-    ++factorizations_;
-    return cholesky_.factorize(hessian_);
-}
-
-bool NewtonSolver::factorize_exact(const Points& vertices)
-{
-    model_.hessian(vertices, false, hessian_);
-    if (projected_share_ == 0) {
-        if (factorize()) return true;
-        projected_share_ = smallest_share;
+    const std::vector<int>& vertices = system_.vertices();
+    for (std::size_t i = 0; i < vertices.size(); ++i) {
+        const auto row = static_cast<Eigen::Index>(i);
+        positions.row(vertices[i]) = start_.row(row) + step * move_.segment<3>(3 * row).transpose();
     }
-    const auto num_values = hessian_.nonZeros();
-    const Eigen::Map<Eigen::VectorXd> values(hessian_.valuePtr(), num_values);
-    exact_values_ = values;
-    model_.hessian(vertices, true, hessian_);
-    projected_values_ = values;
-    return false;
 }
 
-bool NewtonSolver::find_direction(const Points& vertices, bool try_exact)
+double NewtonSolver::search(Points& positions, double energy)
 {
-    bool factored = false;
-    stiffened_ = true;
-    if (try_exact) {
-        factored = factorize_exact(vertices);
-        stiffened_ = !factored;
-        Eigen::Map<Eigen::VectorXd> values(hessian_.valuePtr(), hessian_.nonZeros());
-        while (!factored && projected_share_ < 1) {
-            values = exact_values_ + projected_share_ * (projected_values_ - exact_values_);
-            factored = factorize();
-            if (!factored) projected_share_ *= share_growth;
-        }
-        if (!factored) values = projected_values_;
-    } else {
-        model_.hessian(vertices, true, hessian_);
+    const std::vector<int>& vertices = system_.vertices();
+    start_.resize(static_cast<Eigen::Index>(vertices.size()), 3);
+    for (std::size_t i = 0; i < vertices.size(); ++i) {
+        start_.row(static_cast<Eigen::Index>(i)) = positions.row(vertices[i]);
     }
-    // Clamped elements may leave a mode without stiffness; a little of it everywhere restores definiteness.
-    double shift = 0;
-    for (int attempt = 0; attempt < max_projected_attempts && !factored; ++attempt) {
-        hessian_.diagonal() += shift * hessian_.diagonal();
-        factored = factorize();
-        shift = std::max(10 * shift, 1e-10);
-    }
-    projected_share_ = projected_share_ > smallest_share ? projected_share_ / share_growth : 0;
-    if (factored) direction_ = -cholesky_.solve(gradient_);
-    return factored;
-}
-
-double NewtonSolver::search(const Points& vertices, double energy)
-{
-    const Eigen::Index num_free = model_.num_dofs() / 3;
-    const Eigen::Map<const Points> move(direction_.data(), num_free, 3);
-    const double slope = gradient_.dot(direction_);
+    const double slope = gradient_.dot(move_);
     const auto try_step = [&](double step, double bound) {
-        trial_.bottomRows(num_free) = vertices.bottomRows(num_free) + step * move;
-        trial_energy_ = model_.energy(trial_);
-        return std::isfinite(trial_energy_) && trial_energy_ < bound &&
-               trial_energy_ <= energy + armijo_share * step * slope;
+        place(positions, step);
+        energy_ = system_.energy(positions);
+        return std::isfinite(energy_) && energy_ < bound && energy_ <= energy + armijo_share * step * slope;
     };
-    trial_ = vertices;
     double step = 1;
     int halving = 0;
     for (; halving <= max_halvings && !try_step(step, energy); ++halving) step *= 0.5;
-    if (halving > max_halvings) return 0;
+    if (halving > max_halvings) {
+        place(positions, 0);
+        return 0;
+    }
     // A stiffened matrix gives short steps, and an energy costs a hundredth of a factorisation.
-    if (halving == 0 && stiffened_) {
-        double best = trial_energy_;
+    if (halving == 0 && direction_.stiffened()) {
+        double best = energy_;
         while (step < max_expansion && try_step(2 * step, best)) {
             step *= 2;
-            best = trial_energy_;
+            best = energy_;
         }
-        try_step(step, energy);
+        place(positions, step);
+        energy_ = best;
     }
     return step;
 }
 
-NewtonResult NewtonSolver::minimise(Points& vertices, const NewtonOptions& options)
+NewtonResult NewtonSolver::minimise(Points& positions, const NewtonOptions& options, const Relaxation& relax)
 {
-    projected_share_ = 0;
-    factorizations_ = 0;
+    direction_.start();
     NewtonResult result;
-    result.energy_joule = model_.energy(vertices);
-    result.energies.push_back(result.energy_joule);
-    if (!std::isfinite(result.energy_joule)) return result;
-
-    while (true) {
-        model_.gradient(vertices, gradient_, absolute_);
+    double evaluation_seconds = 0, relaxation_seconds = 0;
+    const auto evaluate_gradient = [&] {
+        const Stopwatch stopwatch(evaluation_seconds);
+        system_.gradient(positions, gradient_, absolute_);
         result.residual_newton = gradient_.norm();
         const double total_force = absolute_.norm();
         result.residual_relative = total_force > 0 ? result.residual_newton / total_force : 0;
-        if (result.residual_relative <= options.relative_tolerance ||
-            result.residual_newton <= options.absolute_tolerance_newton) {
-            result.stop = NewtonStop::converged;
-            return result;
-        }
-        if (result.iterations >= options.max_iterations) {
-            result.stop = NewtonStop::iteration_limit;
-            return result;
-        }
-        result.stop = NewtonStop::no_descent;
-        if (!find_direction(vertices, result.residual_relative < exact_below_relative)) return result;
-        ++result.iterations;
-        result.factorizations = factorizations_;
+        return result.residual_relative <= options.relative_tolerance ||
+               result.residual_newton <= options.absolute_tolerance_newton;
+    };
+    const auto relaxed = [&] {
+        const Stopwatch stopwatch(relaxation_seconds);
+        return relax && relax(positions, gradient_);
+    };
+    const auto finish = [&](NewtonStop stop) {
+        result.stop = stop;
+        result.factorizations = direction_.factorizations();
+        result.cg_iterations = direction_.cg_iterations();
+        result.seconds = direction_.seconds();
+        result.seconds.evaluation = evaluation_seconds;
+        result.seconds.relaxation = relaxation_seconds;
+        return result;
+    };
 
-        const double step = search(vertices, result.energy_joule);
-        const bool accepted = step > 0;
-        const double energy = trial_energy_;
-        log_debug("iteration {}: energy {:.9g} J, residual {:.2e}, step {}, share {:.2g}", result.iterations, energy,
-                  result.residual_relative, step, projected_share_);
-        if (!accepted) return result;
-        vertices.swap(trial_);
-        result.energy_joule = energy;
-        result.energies.push_back(energy);
+    result.energy_joule = result.start_energy_joule = system_.energy(positions);
+    if (!std::isfinite(result.energy_joule)) return finish(NewtonStop::not_finite);
+    while (true) {
+        if (evaluate_gradient()) return finish(NewtonStop::converged);
+        if (result.iterations >= options.max_iterations) return finish(NewtonStop::iteration_limit);
+        if (relaxed()) {
+            result.energy_joule = system_.energy(positions);
+            if (evaluate_gradient()) return finish(NewtonStop::converged);
+        }
+        const int factorizations = direction_.factorizations(), cg_iterations = direction_.cg_iterations();
+        if (!direction_.find(positions, gradient_, result.residual_relative, move_)) {
+            return finish(NewtonStop::no_descent);
+        }
+        ++result.iterations;
+        double step = 0;
+        {
+            const Stopwatch stopwatch(evaluation_seconds);
+            step = search(positions, result.energy_joule);
+        }
+        result.history.push_back({energy_, result.residual_relative, step, direction_.factorizations() - factorizations,
+                                  direction_.cg_iterations() - cg_iterations});
+        if (step == 0) return finish(NewtonStop::no_descent);
+        direction_.followed(step);
+        result.energy_joule = energy_;
     }
 }
 

@@ -2,17 +2,17 @@
 // Static equilibrium by Newton's method with a line search (Teran et al. 2005).
 #pragma once
 
-#include "ndg/fem/elastic_model.h"
-#include "ndg/solver/sparse_cholesky.h"
+#include "ndg/fem/newton_direction.h"
 
+#include <functional>
 #include <string>
 #include <vector>
 
 namespace ndg {
 
 struct NewtonOptions {
-    /// Converged when |g| <= relative_tolerance * |f|: g the out-of-balance force on the free vertices, f the vector of
-    /// summed absolute element forces (ElasticModel::gradient).
+    /// Converged when |g| <= relative_tolerance * |f|: g the out-of-balance force on the unknown vertices, f the vector
+    /// of summed absolute element forces (ElasticSystem::gradient).
     double relative_tolerance = 1e-5;
     /// Or when |g| is at most this, in newton: where there are hardly any forces at all, as at rest.
     double absolute_tolerance_newton = 1e-6;
@@ -26,47 +26,54 @@ enum class NewtonStop { converged, iteration_limit, no_descent, not_finite };
 /// The reason in words.
 std::string describe(NewtonStop stop);
 
+struct NewtonIteration {
+    double energy_joule = 0;       ///< after it
+    double residual_relative = 0;  ///< where its linear system was made
+    double step = 0;               ///< share of the direction that was followed
+    int factorizations = 0, cg_iterations = 0;
+};
+
 struct NewtonResult {
     NewtonStop stop = NewtonStop::not_finite;
     double energy_joule = 0;
-    double residual_newton = 0;    ///< |g|, Euclidean norm over the free degrees of freedom
+    double residual_newton = 0;    ///< |g|, Euclidean norm over the unknowns
     double residual_relative = 0;  ///< |g| / |f|
     int iterations = 0;            ///< linear systems solved
     int factorizations = 0;        ///< tried for them, indefinite ones included
-    std::vector<double> energies;  ///< at the start and after every iteration
+    int cg_iterations = 0;         ///< of the linear systems solved with an earlier factor
+    NewtonTimes seconds;
+    double start_energy_joule = 0;
+    std::vector<NewtonIteration> history;
 
     bool converged() const { return stop == NewtonStop::converged; }
 };
 
-/// Matrix, factor and vectors for one model, reused from one body and pose to the next. One object per thread.
+/// Called with the positions and the gradient there before a linear system is made: may lower the energy by moving
+/// vertices, and then returns true.
+using Relaxation = std::function<bool(Points& positions, const Eigen::VectorXd& gradient)>;
+
+/// Matrix, factor and vectors for one system, reused from one body and pose to the next. One object per thread.
 class NewtonSolver {
 public:
-    /// Keeps a reference to `model`, whose rest shape may change between calls.
-    explicit NewtonSolver(const ElasticModel& model);
+    /// Keeps a reference to `system`.
+    explicit NewtonSolver(const ElasticSystem& system) : system_(system), direction_(system) {}
 
-    /// Moves the free vertices of `vertices` (N_v x 3) to equilibrium; the bone wrap stays. The energy falls with every
+    /// Moves the unknown vertices of `positions` (N_v x 3) to equilibrium; the others stay. The energy falls with every
     /// iteration: no step is taken that does not lower it enough (Armijo) or that leads to a non-finite energy.
-    NewtonResult minimise(Points& vertices, const NewtonOptions& options);
+    NewtonResult minimise(Points& positions, const NewtonOptions& options, const Relaxation& relax = {});
 
 private:
-    /// Direction for the current gradient; false when no positive definite matrix was found.
-    bool find_direction(const Points& vertices, bool try_exact);
-    bool factorize();
-    /// Factors the exact Hessian at `vertices`; false where it is not definite, and then both the exact and the
-    /// projected values are kept.
-    bool factorize_exact(const Points& vertices);
-    /// Length of the step that was accepted (0: none) from `vertices`, of the given energy; fills trial_.
-    double search(const Points& vertices, double energy);
+    /// Moves `positions`, of the given energy, along move_ and fills energy_; returns the length of the step that was
+    /// accepted (0: none, and nothing has moved).
+    double search(Points& positions, double energy);
+    /// start_ + step * move_ in the rows of the unknown vertices.
+    void place(Points& positions, double step) const;
 
-    const ElasticModel& model_;
-    Eigen::SparseMatrix<double> hessian_;
-    SparseCholesky cholesky_;
-    Eigen::VectorXd gradient_, absolute_, direction_, exact_values_, projected_values_;
-    double projected_share_ = 0;  ///< how far from the exact to the projected Hessian the last definite matrix lay
-    bool stiffened_ = false;      ///< the factored matrix is not the exact Hessian
-    double trial_energy_ = 0;
-    int factorizations_ = 0;
-    Points trial_;
+    const ElasticSystem& system_;
+    NewtonDirection direction_;
+    Eigen::VectorXd gradient_, absolute_, move_;
+    Points start_;  ///< of the unknown vertices
+    double energy_ = 0;
 };
 
 }  // namespace ndg

@@ -30,6 +30,7 @@ Replay replay_sample(const Template& body_template, const BodySet& bodies, const
     try {
         Simulator simulator(body_template, options);
         simulator.set_body(body);
+        replay.start = simulator.start(pose);
         replay.result = simulator.simulate(pose);
     } catch (const InputError&) {
         throw;
@@ -38,16 +39,6 @@ Replay replay_sample(const Template& body_template, const BodySet& bodies, const
         replay.result = {};
     }
     replay.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_time).count();
-    try {
-        const BodyPoser poser(body_template);
-        PoissonReconstruction poisson(body_template.prisms, body_template.num_wrap_vertices(),
-                                      body_template.rest.volume_vertices);
-        poisson.set_rest(body.volume_vertices);
-        replay.start = gradient_skinning(poser, poisson, body, poser.world_from_rest(body, pose));
-    } catch (const Error&) {
-        replay.start = {};  // the sample has no start either
-        if (replay.failure.empty()) throw;
-    }
     return replay;
 }
 
@@ -61,10 +52,16 @@ std::string replay_report(const Replay& replay)
     if (replay.result.load_steps > 0) {
         text += fmt::format("the direct solve failed; {} load steps from rest\n", replay.result.load_steps);
     }
-    text += fmt::format("{:>9}  {:>18}  {:>12}\n", "iteration", "energy J", "change J");
-    for (std::size_t i = 0; i < newton.energies.size(); ++i) {
-        text += fmt::format("{:>9}  {:>18.12g}  {:>12}\n", i, newton.energies[i],
-                            i == 0 ? "" : fmt::format("{:.4e}", newton.energies[i] - newton.energies[i - 1]));
+    text += fmt::format("{:>9}  {:>18}  {:>12}  {:>9}  {:>9}  {:>7}  {:>4}\n", "iteration", "energy J", "change J",
+                        "residual", "step", "factors", "CG");
+    double energy = newton.start_energy_joule;
+    text += fmt::format("{:>9}  {:>18.12g}\n", 0, energy);
+    for (std::size_t i = 0; i < newton.history.size(); ++i) {
+        const NewtonIteration& iteration = newton.history[i];
+        text += fmt::format("{:>9}  {:>18.12g}  {:>12.4e}  {:>9.2e}  {:>9.3g}  {:>7}  {:>4}\n", i + 1,
+                            iteration.energy_joule, iteration.energy_joule - energy, iteration.residual_relative,
+                            iteration.step, iteration.factorizations, iteration.cg_iterations);
+        energy = iteration.energy_joule;
     }
     text += fmt::format(
         "Newton's method {}: residual {:.4e} N, relative {:.4e}; {} iterations, {} factorisations, {} inverted prisms, "

@@ -248,6 +248,23 @@ Matrix12 bend_hessian(const Hinge& hinge, const HingeRest& rest)
     return hessian;
 }
 
+double bend_stability(const Hinge& hinge, const HingeRest& rest)
+{
+    const Fade left = left_fade(hinge, rest), right = right_fade(hinge, rest);
+    if (left.active() || right.active()) return -1e9;
+    const double difference = angle_difference(hinge, rest.angle);
+    const Vector12 angle = dihedral_gradient(hinge);
+    return -std::abs(difference) * dihedral_hessian(hinge).norm() / angle.squaredNorm();
+}
+
+Matrix12 bend_gauss_newton_hessian(const Hinge& hinge, const HingeRest& rest)
+{
+    const double fade = left_fade(hinge, rest).value * right_fade(hinge, rest).value;
+    if (fade == 0) return Matrix12::Zero();
+    const Vector12 angle = dihedral_gradient(hinge);
+    return rest.weight * fade * angle * angle.transpose();
+}
+
 Matrix12 bend_projected_hessian(const Hinge& hinge, const HingeRest& rest)
 {
     // Translations cost nothing, so the eigenproblem is solved in an orthonormal basis of what is left, 9 of 12

@@ -43,7 +43,11 @@ constexpr double bend_fade_share = 0.1;
 double bend_energy(const Hinge& hinge, const HingeRest& rest);
 Vector12 bend_gradient(const Hinge& hinge, const HingeRest& rest);
 Matrix12 bend_hessian(const Hinge& hinge, const HingeRest& rest);
+/// A lower bound of the Hessian's smallest eigenvalue over the angle's stiffness, without the fading triangles' share.
+double bend_stability(const Hinge& hinge, const HingeRest& rest);
 /// With negative eigenvalues set to zero.
 Matrix12 bend_projected_hessian(const Hinge& hinge, const HingeRest& rest);
+/// The share of the angle's own stiffness alone: positive semi-definite and cheap.
+Matrix12 bend_gauss_newton_hessian(const Hinge& hinge, const HingeRest& rest);
 
 }  // namespace ndg

@@ -5,6 +5,7 @@
 #include "ndg/core/hash.h"
 #include "ndg/core/log.h"
 #include "ndg/core/progress.h"
+#include "ndg/core/stopwatch.h"
 #include "ndg/core/threads.h"
 #include "ndg/deform/rest_cache.h"
 #include "ndg/fem/sample_parts.h"
@@ -42,13 +43,6 @@ private:
 };
 
 /// Processor time of this thread, so that a busy machine does not show in the statistics.
-double thread_seconds()
-{
-    timespec time{};
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
-    return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
-}
-
 SamplePart make_part(const SamplePair& pair, const SimulationResult& result, double seconds)
 {
     SamplePart part;
@@ -228,11 +222,11 @@ std::string simulation_key(const SimulationOptions& options, const Provenance& p
 {
     const MaterialOptions& material = options.material;
     const NewtonOptions& newton = options.newton;
-    std::string text = fmt::format("{} {}\n{} {} {} {} {} {}\n{} {} {} {}\n", project_version(), project_commit(),
-                                   material.young_muscle_pascal, material.young_fat_pascal, material.poisson_ratio,
-                                   material.flesh_stiffness, material.stretch_stiffness, material.bend_stiffness,
-                                   newton.relative_tolerance, newton.absolute_tolerance_newton, newton.max_iterations,
-                                   options.load_steps);
+    std::string text = fmt::format("{} {}\n{} {} {} {} {} {} {}\n{} {} {} {}\n", project_version(), project_commit(),
+                                   material.energy, material.young_muscle_pascal, material.young_fat_pascal,
+                                   material.poisson_ratio, material.flesh_stiffness, material.stretch_stiffness,
+                                   material.bend_stiffness, newton.relative_tolerance, newton.absolute_tolerance_newton,
+                                   newton.max_iterations, options.load_steps);
     for (const Provenance::Input& input : provenance.inputs) text += input.sha256 + "\n";
     return sha256(text);
 }

@@ -36,8 +36,10 @@ Simulator::Simulator(const Template& body_template, const SimulationOptions& opt
     : poser_(body_template),
       options_((options.check(), options)),
       model_(body_template, options.material),
+      system_(model_),
       poisson_(body_template.prisms, body_template.num_wrap_vertices(), body_template.rest.volume_vertices),
-      newton_(model_)
+      newton_(system_),
+      relaxation_(system_)
 {
 }
 
@@ -48,6 +50,13 @@ void Simulator::set_body(const Body& body)
     poisson_.set_rest(body.volume_vertices);
     gradient_operator_ = gradient_operator(body.volume_vertices, model_.prisms());
     body_ = &body;
+}
+
+NewtonResult Simulator::minimise(Points& vertices, const NewtonOptions& options)
+{
+    return newton_.minimise(vertices, options, [&](Points& positions, const Eigen::VectorXd& gradient) {
+        return relaxation_.relax(positions, gradient);
+    });
 }
 
 NewtonResult Simulator::solve_in_steps(const Pose& pose, Points& vertices)
@@ -68,7 +77,7 @@ NewtonResult Simulator::solve_in_steps(const Pose& pose, Points& vertices)
         previous_rotations = poser_.prism_rotations(world_from_rest);
         vertices = poisson_.reconstruct(gradients_from_residuals(residuals, previous_rotations),
                                         poser_.bone_wrap(*body_, world_from_rest));
-        result = newton_.minimise(vertices, step == options_.load_steps ? options_.newton : loose);
+        result = minimise(vertices, step == options_.load_steps ? options_.newton : loose);
         iterations += result.iterations;
         factorizations += result.factorizations;
     }
@@ -77,13 +86,17 @@ NewtonResult Simulator::solve_in_steps(const Pose& pose, Points& vertices)
     return result;
 }
 
-SimulationResult Simulator::simulate(const Pose& pose)
+Points Simulator::start(const Pose& pose) const
 {
     require(body_ != nullptr, "no body is set to simulate");
-    const auto world_from_rest = poser_.world_from_rest(*body_, pose);
+    return gradient_skinning(poser_, poisson_, *body_, poser_.world_from_rest(*body_, pose));
+}
+
+SimulationResult Simulator::simulate(const Pose& pose)
+{
     SimulationResult result;
-    result.vertices = gradient_skinning(poser_, poisson_, *body_, world_from_rest);
-    result.newton = newton_.minimise(result.vertices, options_.newton);
+    result.vertices = start(pose);
+    result.newton = minimise(result.vertices, options_.newton);
     if (!result.newton.converged() && options_.load_steps > 0) {
         Points stepped;
         NewtonResult second = solve_in_steps(pose, stepped);

@@ -4,6 +4,7 @@
 
 #include "ndg/deform/poisson.h"
 #include "ndg/deform/posed_body.h"
+#include "ndg/fem/local_relaxation.h"
 #include "ndg/fem/newton.h"
 
 #include <string>
@@ -42,17 +43,22 @@ public:
     void set_body(const Body& body);
     /// Starts from gradient skinning; if Newton's method fails there, goes from rest to the pose in load steps.
     SimulationResult simulate(const Pose& pose);
+    /// Gradient skinning, where Newton's method starts; N_v x 3.
+    Points start(const Pose& pose) const;
 
-    const ElasticModel& model() const { return model_; }
+    const ElasticSystem& system() const { return system_; }
 
 private:
+    NewtonResult minimise(Points& vertices, const NewtonOptions& options);
     NewtonResult solve_in_steps(const Pose& pose, Points& vertices);
 
     BodyPoser poser_;
     SimulationOptions options_;
     ElasticModel model_;
+    ElasticSystem system_;
     PoissonReconstruction poisson_;
     NewtonSolver newton_;
+    LocalRelaxation relaxation_;
     Eigen::SparseMatrix<double> gradient_operator_;
     const Body* body_ = nullptr;
 };

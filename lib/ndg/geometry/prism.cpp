@@ -157,6 +157,27 @@ PrismVertices prism_volume_gradient(const PrismVertices& prism)
     return gradient;
 }
 
+Eigen::Matrix<double, 18, 18> prism_volume_hessian(const PrismVertices& prism)
+{
+    // det J is linear in each vertex: block (a, b) of its Hessian is the cross product matrix of -J (d_a x d_b), where
+    // d_a is row a of D.
+    Eigen::Matrix<double, 18, 18> hessian = Eigen::Matrix<double, 18, 18>::Zero();
+    for (const auto& at : quadrature_points()) {
+        const Eigen::Matrix3d jacobian = prism_jacobian(prism, at.alpha, at.beta, at.xi);
+        const Eigen::Matrix<double, 6, 3> derivatives = shape_derivatives(at.alpha, at.beta, at.xi);
+        for (int a = 0; a < 6; ++a) {
+            for (int b = 0; b < 6; ++b) {
+                const Eigen::Vector3d d_a = derivatives.row(a).transpose(), d_b = derivatives.row(b).transpose();
+                const Eigen::Vector3d v = -0.25 * (jacobian * d_a.cross(d_b));
+                Eigen::Matrix3d cross;
+                cross << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
+                hessian.block<3, 3>(3 * a, 3 * b) += cross;
+            }
+        }
+    }
+    return hessian;
+}
+
 double prism_min_jacobian(const PrismVertices& prism)
 {
     double smallest = std::numeric_limits<double>::infinity();

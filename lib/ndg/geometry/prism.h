@@ -28,6 +28,8 @@ Eigen::Matrix3d prism_jacobian(const PrismVertices& prism, double alpha, double 
 double prism_volume(const PrismVertices& prism);
 /// d volume / d vertices, 6 x 3, exact.
 PrismVertices prism_volume_gradient(const PrismVertices& prism);
+/// d^2 volume / d vertices^2, exact: row and column 3 a + c are coordinate c of vertex a.
+Eigen::Matrix<double, 18, 18> prism_volume_hessian(const PrismVertices& prism);
 /// Smallest det J over the six corners and the two quadrature points, in m^3.
 double prism_min_jacobian(const PrismVertices& prism);
 /// As above with every column of J scaled to unit length at each point and divided by that of the equilateral right

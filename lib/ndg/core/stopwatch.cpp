@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "ndg/core/stopwatch.h"
+
+#include <ctime>
+
+namespace ndg {
+
+double thread_seconds()
+{
+    timespec time{};
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+    return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+}
+
+}  // namespace ndg

@@ -1,0 +1,263 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "ndg/solver/single_cholesky.h"
+
+#include "ndg/core/error.h"
+
+#include <suitesparse/cholmod.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+extern "C" {
+void ssyrk_(const char* uplo, const char* trans, const int* n, const int* k, const float* alpha, const float* a,
+            const int* lda, const float* beta, float* c, const int* ldc);
+void sgemm_(const char* transa, const char* transb, const int* m, const int* n, const int* k, const float* alpha,
+            const float* a, const int* lda, const float* b, const int* ldb, const float* beta, float* c,
+            const int* ldc);
+void strsm_(const char* side, const char* uplo, const char* transa, const char* diag, const int* m, const int* n,
+            const float* alpha, const float* a, const int* lda, float* b, const int* ldb);
+void spotrf_(const char* uplo, const int* n, float* a, const int* lda, int* info);
+void strsv_(const char* uplo, const char* trans, const char* diag, const int* n, const float* a, const int* lda,
+            float* x, const int* incx);
+void sgemv_(const char* trans, const int* m, const int* n, const float* alpha, const float* a, const int* lda,
+            const float* x, const int* incx, const float* beta, float* y, const int* incy);
+}
+
+namespace ndg {
+namespace {
+
+constexpr float one = 1, zero = 0, minus_one = -1;
+constexpr int unit = 1;
+
+void ignore_message(int, const char*, int, const char*) {}
+
+/// CHOLMOD's workspace and the symbolic factor, for the time of the analysis.
+struct Analysis {
+    Analysis()
+    {
+        cholmod_start(&common);
+        common.print = 0;
+        common.error_handler = ignore_message;
+        common.supernodal = CHOLMOD_SUPERNODAL;
+        common.final_ll = 1;
+    }
+    ~Analysis()
+    {
+        cholmod_free_factor(&factor, &common);
+        cholmod_finish(&common);
+    }
+    Analysis(const Analysis&) = delete;
+    Analysis& operator=(const Analysis&) = delete;
+
+    cholmod_common common{};
+    cholmod_factor* factor = nullptr;
+};
+
+std::size_t at(int i)
+{
+    return static_cast<std::size_t>(i);
+}
+
+}  // namespace
+
+void SingleCholesky::analyze(const Eigen::SparseMatrix<double>& matrix)
+{
+    if (matrix.rows() != matrix.cols() || !matrix.isCompressed()) {
+        throw SolverError(
+            fmt::format("a {} x {} matrix to analyse is not square or not compressed", matrix.rows(), matrix.cols()));
+    }
+    num_unknowns_ = static_cast<int>(matrix.rows());
+    num_entries_ = matrix.nonZeros();
+    factored_ = false;
+    entry_.clear();
+    entry_row_.clear();
+    entry_column_.clear();
+    diagonal_.assign(at(num_unknowns_), -1);
+    std::vector<int> starts{0};
+    for (int column = 0; column < num_unknowns_; ++column) {
+        for (int entry = matrix.outerIndexPtr()[column]; entry < matrix.outerIndexPtr()[column + 1]; ++entry) {
+            const int row = matrix.innerIndexPtr()[entry];
+            if (row < column) continue;
+            if (row == column) diagonal_[at(column)] = entry;
+            entry_.push_back(entry);
+            entry_row_.push_back(row);
+            entry_column_.push_back(column);
+        }
+        starts.push_back(static_cast<int>(entry_.size()));
+        if (diagonal_[at(column)] < 0) throw SolverError(fmt::format("unknown {} has no diagonal entry", column));
+    }
+
+    Analysis analysis;
+    cholmod_sparse lower{};
+    lower.nrow = lower.ncol = at(num_unknowns_);
+    lower.nzmax = entry_.size();
+    lower.p = starts.data();
+    lower.i = entry_row_.data();
+    lower.stype = -1;
+    lower.itype = CHOLMOD_INT;
+    lower.xtype = CHOLMOD_PATTERN;
+    lower.dtype = CHOLMOD_DOUBLE;
+    lower.sorted = lower.packed = 1;
+    analysis.factor = cholmod_analyze(&lower, &analysis.common);
+    if (analysis.factor == nullptr || analysis.common.status < CHOLMOD_OK || analysis.factor->is_super == 0) {
+        throw SolverError(fmt::format("CHOLMOD could not analyse a matrix of {} unknowns (status {})", num_unknowns_,
+                                      analysis.common.status));
+    }
+    const cholmod_factor& factor = *analysis.factor;
+    const auto copy = [](const void* data, std::size_t size) {
+        const int* begin = static_cast<const int*>(data);
+        return std::vector<int>(begin, begin + size);
+    };
+    first_column_ = copy(factor.super, factor.nsuper + 1);
+    row_begin_ = copy(factor.pi, factor.nsuper + 1);
+    rows_ = copy(factor.s, factor.ssize);
+    permutation_ = copy(factor.Perm, factor.n);
+
+    const int num_supernodes = static_cast<int>(factor.nsuper);
+    supernode_of_.resize(at(num_unknowns_));
+    value_begin_.assign(1, 0);
+    for (int s = 0; s < num_supernodes; ++s) {
+        const int columns = first_column_[at(s) + 1] - first_column_[at(s)];
+        const int rows = row_begin_[at(s) + 1] - row_begin_[at(s)];
+        std::fill_n(supernode_of_.begin() + first_column_[at(s)], columns, s);
+        value_begin_.push_back(value_begin_.back() + at(columns) * at(rows));
+    }
+    std::vector<int> position_of(at(num_unknowns_));
+    for (int i = 0; i < num_unknowns_; ++i) position_of[at(permutation_[at(i)])] = i;
+    place_.resize(entry_.size());
+    for (std::size_t k = 0; k < entry_.size(); ++k) {
+        const int a = position_of[at(entry_row_[k])], b = position_of[at(entry_column_[k])];
+        const int column = std::min(a, b), row = std::max(a, b);
+        const int s = supernode_of_[at(column)];
+        const auto begin = rows_.begin() + row_begin_[at(s)], end = rows_.begin() + row_begin_[at(s) + 1];
+        const auto local_row = at(static_cast<int>(std::lower_bound(begin, end, row) - begin));
+        place_[k] =
+            value_begin_[at(s)] + at(column - first_column_[at(s)]) * at(static_cast<int>(end - begin)) + local_row;
+    }
+    values_.resize(value_begin_.back());
+    head_.resize(at(num_supernodes));
+    next_.resize(at(num_supernodes));
+    position_.resize(at(num_supernodes));
+    local_row_.resize(at(num_unknowns_));
+}
+
+bool SingleCholesky::factorize(const Eigen::SparseMatrix<double>& matrix)
+{
+    factored_ = false;
+    if (matrix.rows() != num_unknowns_ || matrix.nonZeros() != num_entries_ || num_unknowns_ == 0) {
+        throw SolverError("the matrix to factorise has another pattern than the analysed");
+    }
+    scale_.resize(num_unknowns_);
+    for (int i = 0; i < num_unknowns_; ++i) {
+        const double diagonal = matrix.valuePtr()[diagonal_[at(i)]];
+        if (!std::isfinite(diagonal)) throw SolverError("the matrix to factorise has a non-finite value");
+        if (!(diagonal > 0)) return false;
+        scale_(i) = 1 / std::sqrt(diagonal);
+    }
+    std::fill(values_.begin(), values_.end(), 0.0F);
+    double sum = 0;
+    for (std::size_t k = 0; k < entry_.size(); ++k) {
+        const double value = matrix.valuePtr()[entry_[k]] * scale_(entry_row_[k]) * scale_(entry_column_[k]);
+        sum += value;
+        values_[place_[k]] = static_cast<float>(value);
+    }
+    if (!std::isfinite(sum)) throw SolverError("the matrix to factorise has a non-finite value");
+
+    const int num_supernodes = static_cast<int>(head_.size());
+    std::fill(head_.begin(), head_.end(), -1);
+    for (int s = 0; s < num_supernodes; ++s) {
+        const int columns = first_column_[at(s) + 1] - first_column_[at(s)];
+        const int rows = row_begin_[at(s) + 1] - row_begin_[at(s)];
+        const int* row_idx = rows_.data() + row_begin_[at(s)];
+        float* block = values_.data() + value_begin_[at(s)];
+        for (int i = 0; i < rows; ++i) local_row_[at(row_idx[i])] = i;
+
+        for (int d = head_[at(s)]; d >= 0;) {
+            const int following = next_[at(d)];
+            const int d_columns = first_column_[at(d) + 1] - first_column_[at(d)];
+            const int d_rows = row_begin_[at(d) + 1] - row_begin_[at(d)];
+            const int* d_idx = rows_.data() + row_begin_[at(d)];
+            const int begin = position_[at(d)];
+            int end = begin;
+            while (end < d_rows && d_idx[end] < first_column_[at(s) + 1]) ++end;
+            const int width = end - begin, height = d_rows - begin, below = d_rows - end;
+            const float* source = values_.data() + value_begin_[at(d)] + begin;
+            product_.resize(std::max(product_.size(), at(width) * at(height)));
+            ssyrk_("L", "N", &width, &d_columns, &one, source, &d_rows, &zero, product_.data(), &height);
+            if (below > 0) {
+                sgemm_("N", "T", &below, &width, &d_columns, &one, source + width, &d_rows, source, &d_rows, &zero,
+                       product_.data() + width, &height);
+            }
+            for (int j = 0; j < width; ++j) {
+                float* target = block + at(d_idx[begin + j] - first_column_[at(s)]) * at(rows);
+                const float* column = product_.data() + at(j) * at(height);
+                for (int i = j; i < height; ++i) target[local_row_[at(d_idx[begin + i])]] -= column[i];
+            }
+            if (below > 0) {
+                const int target = supernode_of_[at(d_idx[end])];
+                position_[at(d)] = end;
+                next_[at(d)] = head_[at(target)];
+                head_[at(target)] = d;
+            }
+            d = following;
+        }
+
+        int info = 0;
+        spotrf_("L", &columns, block, &rows, &info);
+        if (info != 0) return false;
+        const int below = rows - columns;
+        if (below > 0) {
+            strsm_("R", "L", "T", "N", &below, &columns, &one, block, &rows, block + columns, &rows);
+            const int target = supernode_of_[at(row_idx[columns])];
+            position_[at(s)] = columns;
+            next_[at(s)] = head_[at(target)];
+            head_[at(target)] = s;
+        }
+    }
+    factored_ = true;
+    return true;
+}
+
+void SingleCholesky::solve(const Eigen::VectorXd& right_hand_side, Eigen::VectorXd& solution)
+{
+    if (!factored_ || right_hand_side.size() != num_unknowns_) {
+        throw SolverError(fmt::format("no factor for a right-hand side of {} unknowns", right_hand_side.size()));
+    }
+    work_.resize(at(num_unknowns_));
+    for (int i = 0; i < num_unknowns_; ++i) {
+        const int unknown = permutation_[at(i)];
+        work_[at(i)] = static_cast<float>(right_hand_side(unknown) * scale_(unknown));
+    }
+    const int num_supernodes = static_cast<int>(head_.size());
+    const auto visit = [&](int s, bool forward) {
+        const int first = first_column_[at(s)], columns = first_column_[at(s) + 1] - first;
+        const int rows = row_begin_[at(s) + 1] - row_begin_[at(s)], below = rows - columns;
+        const int* row_idx = rows_.data() + row_begin_[at(s)] + columns;
+        const float* block = values_.data() + value_begin_[at(s)];
+        float* own = work_.data() + first;
+        block_work_.resize(std::max(block_work_.size(), at(below)));
+        if (forward) {
+            strsv_("L", "N", "N", &columns, block, &rows, own, &unit);
+            if (below == 0) return;
+            sgemv_("N", &below, &columns, &one, block + columns, &rows, own, &unit, &zero, block_work_.data(), &unit);
+            for (int i = 0; i < below; ++i) work_[at(row_idx[i])] -= block_work_[at(i)];
+        } else {
+            if (below > 0) {
+                for (int i = 0; i < below; ++i) block_work_[at(i)] = work_[at(row_idx[i])];
+                sgemv_("T", &below, &columns, &minus_one, block + columns, &rows, block_work_.data(), &unit, &one, own,
+                       &unit);
+            }
+            strsv_("L", "T", "N", &columns, block, &rows, own, &unit);
+        }
+    };
+    for (int s = 0; s < num_supernodes; ++s) visit(s, true);
+    for (int s = num_supernodes - 1; s >= 0; --s) visit(s, false);
+    solution.resize(num_unknowns_);
+    for (int i = 0; i < num_unknowns_; ++i) {
+        const int unknown = permutation_[at(i)];
+        solution(unknown) = static_cast<double>(work_[at(i)]) * scale_(unknown);
+    }
+}
+
+}  // namespace ndg
