@@ -5,6 +5,7 @@
 #include "ndg/io/h5.h"
 #include "ndg/io/h5_virtual.h"
 
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -123,6 +124,19 @@ void get_lists(const H5Reader& reader, DeformationSet& set)
     }
 }
 
+/// HDF5 keeps every file of a virtual dataset open once it was read; the usual limit is 1024.
+void allow_open_files(const std::string& path, std::size_t count)
+{
+    constexpr rlim_t others = 128;
+    rlimit limit{};
+    if (::getrlimit(RLIMIT_NOFILE, &limit) != 0 || count + others <= limit.rlim_cur) return;
+    require_input(count + others <= limit.rlim_max,
+                  "{}: its samples lie in {} files, more than can be open at once (ulimit -n: {})", path, count,
+                  limit.rlim_max);
+    limit.rlim_cur = limit.rlim_max;
+    ::setrlimit(RLIMIT_NOFILE, &limit);
+}
+
 }  // namespace
 
 std::vector<float> DeformationSet::coordinates(int sample_idx) const
@@ -210,7 +224,9 @@ DeformationSet open_deformations(const std::string& path, int num_volume_vertice
                   "{}: {} has {} vertices a sample, but the template's volume has {}", path, vertices_name,
                   set.num_volume_vertices, num_volume_vertices);
     const std::filesystem::path folder = std::filesystem::path(path).parent_path();
-    for (const std::string& source : virtual_sources(path, vertices_name)) {
+    const std::vector<std::string> sources = virtual_sources(path, vertices_name);
+    allow_open_files(path, sources.size());
+    for (const std::string& source : sources) {
         require_input(std::filesystem::exists(folder / source), "{}: its samples lie in {}, which does not exist", path,
                       (folder / source).string());
     }

@@ -89,6 +89,7 @@ OpenShards open_shards(const std::string& dataset, const Splits& splits)
                       status.path, status.shard.index, count, status.done + status.failed, status.total);
         if (status.total == 0) continue;
         DeformationSet set = open_deformations(status.path);
+        set.file.reset();  // the lists are enough, and so many files cannot be open at once
         const std::size_t place = shards.sets.size();
         for (std::size_t i = 0; i < set.pairs.size(); ++i) {
             const PairKey key{set.pair_splits[i], set.pairs[i].body_idx, set.pairs[i].pose_idx};

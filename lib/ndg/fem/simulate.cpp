@@ -11,6 +11,7 @@
 #include "ndg/fem/sample_parts.h"
 
 #include <omp.h>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <atomic>
@@ -185,6 +186,17 @@ bool is_complete(const std::string& output, const std::string& key, const std::v
     return true;
 }
 
+/// The tool's parameters but those that choose and judge samples: whatever else is configured may change them.
+std::string sample_config(const std::string& config_json)
+{
+    nlohmann::json config = nlohmann::json::parse(config_json);
+    for (nlohmann::json& section : config) {
+        if (!section.is_object()) continue;
+        for (const char* key : {"shard", "replay", "min_converged", "seed"}) section.erase(key);
+    }
+    return config.dump();
+}
+
 double mean(const std::vector<double>& values)
 {
     return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
@@ -228,7 +240,7 @@ std::string simulation_key(const SimulationOptions& options, const Provenance& p
                                    material.bend_stiffness, newton.relative_tolerance, newton.absolute_tolerance_newton,
                                    newton.max_iterations, options.load_steps);
     for (const Provenance::Input& input : provenance.inputs) text += input.sha256 + "\n";
-    return sha256(text);
+    return sha256(text + sample_config(provenance.config_json));
 }
 
 std::string convergence_text(const SimulationOptions& options)

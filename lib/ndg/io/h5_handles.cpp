@@ -4,6 +4,7 @@
 #include "ndg/core/error.h"
 
 #include <algorithm>
+#include <cstdlib>
 #include <filesystem>
 
 namespace ndg::h5 {
@@ -47,10 +48,16 @@ std::vector<std::string> read_texts(hid_t file_type, hid_t space, std::size_t co
 
 void silence_errors()
 {
-    // A file that could not be written (disk full) stays open within HDF5, whose clean-up at exit would then crash.
-    // Nothing is left to it anyway: every file of ours is closed by its handle.
-    static const bool no_clean_up = H5dont_atexit() >= 0;
-    static_cast<void>(no_clean_up);
+    static const bool set_up = [] {
+        // Finished files never change (writers rename), so reading needs no lock, which some network file systems lack.
+        // Of files that a virtual dataset opens only the environment decides, read when HDF5 starts; and a file cannot
+        // be opened twice, once with locks and once without.
+        ::setenv("HDF5_USE_FILE_LOCKING", "FALSE", 0);
+        // A file that could not be written (disk full) stays open within HDF5, whose clean-up at exit would then
+        // crash. Nothing is left to it anyway: every file of ours is closed by its handle.
+        return H5dont_atexit() >= 0;
+    }();
+    static_cast<void>(set_up);
     H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
 }
 
@@ -82,9 +89,8 @@ Handle open_file(const std::string& path)
     require_input(!std::filesystem::is_directory(path, error), "{}: is a folder, expected an HDF5 file", path);
     require_input(H5Fis_hdf5(path.c_str()) > 0, "{}: is not an HDF5 file", path);
     const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
-    // Finished files never change (writers rename), so reading needs no lock, which some network file systems lack.
     H5Pset_file_locking(access, false, true);
-    H5Pset_fclose_degree(access, H5F_CLOSE_STRONG);
+    H5Pset_fclose_degree(access, H5F_CLOSE_WEAK);  // as HDF5 opens the files of a virtual dataset
     Handle file(H5Fopen(path.c_str(), H5F_ACC_RDONLY, access), H5Fclose);
     if (!file.valid()) {
         const std::string reason = last_error();
