@@ -4,7 +4,6 @@
 #include "ndg/body_build/inner_surface.h"
 #include "ndg/body_build/layer_batch.h"
 #include "ndg/body_build/region_cut.h"
-#include "ndg/body_source/body_sampling.h"
 #include "ndg/body_source/makehuman_files.h"
 #include "ndg/core/error.h"
 #include "ndg/geometry/triangle_mesh.h"
@@ -123,17 +122,6 @@ TEST_CASE("bone interior fills the wrap, its weights blend, and it follows the w
     moved_wrap.rowwise() += Eigen::RowVector3d(0.1, -0.2, 0.3);
     const Points moved = transfer_interior(skin.vertices, interior.vertices, interior.tetrahedra, moved_wrap);
     CHECK(((moved - interior.vertices).rowwise() - Eigen::RowVector3d(0.1, -0.2, 0.3)).norm() < 1e-9);
-}
-
-TEST_CASE("sampled parameters depend on seed and body alone and stay in range", "[build]")
-{
-    const BodySamplingOptions options;
-    const MakeHumanParameters a = sample_parameters(7, 3, options), b = sample_parameters(7, 3, options);
-    CHECK(a.weight == b.weight);
-    CHECK(a.height != sample_parameters(8, 3, options).height);
-    CHECK(a.height != sample_parameters(7, 5, options).height);
-    for (int body = 0; body < 200; ++body) CHECK_NOTHROW(sample_parameters(1, body, options).check());
-    CHECK_THROWS_WITH((sample_parameters(1, 0, {2.0})), Contains("spread is 2"));
 }
 
 TEST_CASE("a skin of another tessellation is refused by name", "[build]")

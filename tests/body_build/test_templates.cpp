@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // MakeHuman's sliders, which skip without a data folder, and templates of both sources.
-#include "ndg/body_build/layers.h"
+#include "ndg/body_build/layer_batch.h"
 #include "ndg/body_build/make_template.h"
 #include "ndg/body_build/template_check.h"
 #include "ndg/body_source/anatomy_source.h"
@@ -96,6 +96,34 @@ void check_made(const Template& made, const ParametricSurface& own, const Parame
     };
     CHECK(inside(heavy_body) / inside(lean_body) == Approx(1.0).epsilon(0.2));
     CHECK(heavy.mass_kg / lean.mass_kg > 1.25);
+    CHECK(lean.fit.mean_skin_displacement < 0.001);
+    CHECK(heavy.fit.mean_skin_displacement < 0.001);
+    CHECK(heavy.fat_layer_litre == Approx(heavy.wanted_fat_litre).epsilon(0.05));
+    CHECK(heavy.girths.abdomen > lean.girths.abdomen + 0.1);
+    CHECK(heavy.girths.hip > heavy.girths.thigh);
+    CHECK(heavy.girths.thigh > heavy.girths.calf);
+    CHECK(heavy.girths.upper_arm > heavy.girths.forearm);
+
+    // A batch: a broken skin is set apart, and what an interrupted run has finished is taken over as it is.
+    const test::TemporaryFolder folder;
+    BodySet skins;
+    skins.bodies = {skin_on_template(made, lean_surface, "one"), skin_on_template(made, lean_surface, "broken"),
+                    skin_on_template(made, heavy_surface, "two")};
+    skins.bodies[1].skin_vertices(5, 1) = std::nan("");
+    const std::vector<Person> people(3, person);
+    const LayerBuilder builder(made, {});
+    const LayerBatchOptions files{folder.file("bodies.h5"), "same settings"};
+    const auto never = [] { return false; };
+    const LayerBatch whole = build_layer_batch(builder, skins, people, files, never);
+    REQUIRE(whole.bodies.bodies.size() == 2);
+    CHECK(whole.failures.size() == 1);
+    CHECK(whole.num_resumed == 0);
+    const LayerBatch again_batch = build_layer_batch(builder, skins, people, files, never);
+    CHECK(again_batch.num_resumed == 2);
+    CHECK(again_batch.bodies.parameters == whole.bodies.parameters);
+    CHECK(again_batch.bodies.bodies[1].volume_vertices ==
+          whole.bodies.bodies[1].volume_vertices.cast<float>().cast<double>());
+    CHECK(build_layer_batch(builder, skins, people, {files.output, "other settings"}, never).num_resumed == 0);
 }
 
 }  // namespace
@@ -111,6 +139,17 @@ TEST_CASE("The procedural body becomes a template with everything in its place",
     lean.mass_kg = 19.0 * lean.stature_m * lean.stature_m;
     heavy.mass_kg = 33.0 * heavy.stature_m * heavy.stature_m;
     check_made(made, source.evaluate(person), source.evaluate(lean), source.evaluate(heavy));
+
+    // Equal stature and mass: more muscle is more muscle inside and less fat.
+    ProceduralParameters strong = person, soft = person;
+    strong.mass_kg = soft.mass_kg = 27.0 * person.stature_m * person.stature_m;
+    strong.muscularity = 0.95;
+    soft.muscularity = 0.05;
+    LayerReport strong_report, soft_report;
+    build_layers(made, skin_on_template(made, source.evaluate(strong), "strong"), {0.5, 30.0}, 0.05, &strong_report);
+    build_layers(made, skin_on_template(made, source.evaluate(soft), "soft"), {0.5, 30.0}, 0.05, &soft_report);
+    CHECK(strong_report.muscle_layer_litre > 1.05 * soft_report.muscle_layer_litre);
+    CHECK(strong_report.fat_layer_litre < soft_report.fat_layer_litre);
 
     // An open skin is refused in one sentence.
     TemplateSource open = source.source(person);

@@ -113,7 +113,9 @@ double add_quality_terms(const PrismVertices& prism, const JacobianTerm& jacobia
         const Vector18 u = Eigen::Map<const Vector18>(a.data()), w = Eigen::Map<const Vector18>(b.data());
         *hessian += jacobian_curvature * u * u.transpose() + height_curvature * w * w.transpose();
         for (int c = 0; c < 3; ++c) {
-            const double bound = 0.5 * std::abs(by_jacobian) / columns.row(c).squaredNorm();
+            const double squared = columns.row(c).squaredNorm();
+            if (!(squared > 0.0)) continue;
+            const double bound = 0.5 * std::abs(by_jacobian) / squared;
             for (int i = 0; i < 6; ++i)
                 for (int j = 0; j < 6; ++j)
                     hessian->block<3, 3>(3 * i, 3 * j).diagonal().array() +=
