@@ -5,13 +5,18 @@
 #include "ndg/core/threads.h"
 #include "ndg/core/tool.h"
 #include "ndg/fem/simulation_parameters.h"
+#include "ndg/motion/clinical_angles.h"
+#include "ndg/solver/sparse_cholesky.h"
 #include "report.h"
 #include "support/support.h"
 
 #include "ndg/body/pose_set.h"
 
 #include <omp.h>
+#include <sys/resource.h>
 
+#include <algorithm>
+#include <cmath>
 #include <functional>
 
 #include <numeric>
@@ -27,106 +32,231 @@ double seconds_of(const std::function<void()>& work)
     return thread_seconds() - start;
 }
 
+struct NamedPose {
+    std::string name;
+    Pose pose;
+};
+
 struct Case {
     Template body_template;
     std::vector<Body> bodies;
-    std::vector<Pose> poses;
+    std::vector<NamedPose> poses;
 };
 
+/// The poses that bend furthest in some way, then others spread evenly over the set; prints their clinical angles.
+std::vector<NamedPose> pick_poses(const PoseSet& poses, const Points& joint_positions, int count)
+{
+    const ClinicalFrames frames(joint_positions);
+    std::vector<std::vector<double>> angles;
+    for (const Pose& pose : poses.poses) angles.push_back(frames.angles(pose));
+    const auto angle = [&](int pose, const std::string& name) {
+        return angles[static_cast<std::size_t>(pose)][static_cast<std::size_t>(find_clinical_angle(name))];
+    };
+    const auto both = [&](int pose, const std::string& name) {
+        return std::min(angle(pose, "left_" + name), angle(pose, "right_" + name));
+    };
+    const std::vector<std::pair<std::string, std::function<double(int)>>> kinds{
+        {"deep knee bend", [&](int p) { return both(p, "knee.flexion"); }},
+        {"arms overhead", [&](int p) { return both(p, "shoulder.elevation"); }},
+        {"bent trunk", [&](int p) { return angle(p, "trunk.flexion"); }},
+        {"twisted trunk", [&](int p) { return std::abs(angle(p, "trunk.turn_left")); }},
+        {"bent hips", [&](int p) { return both(p, "hip.flexion"); }},
+        {"bent elbows", [&](int p) { return both(p, "elbow.flexion"); }},
+    };
+    std::vector<std::pair<std::string, int>> chosen;
+    const auto is_chosen = [&](int pose) {
+        return std::any_of(chosen.begin(), chosen.end(), [&](const auto& pick) { return pick.second == pose; });
+    };
+    for (const auto& [name, measure] : kinds) {
+        int best = -1;
+        for (int p = 0; p < poses.size(); ++p) {
+            if (!is_chosen(p) && (best < 0 || measure(p) > measure(best))) best = p;
+        }
+        if (best >= 0 && static_cast<int>(chosen.size()) < count) chosen.emplace_back(name, best);
+    }
+    for (int k = 0; k < poses.size() && static_cast<int>(chosen.size()) < count; ++k) {
+        const int p = static_cast<int>((static_cast<long>(k) * 37) % poses.size());
+        if (!is_chosen(p)) chosen.emplace_back("other", p);
+    }
+    fmt::print(
+        "pose            of the set  clip                        knees     shoulders  trunk       hips      elbows\n");
+    std::vector<NamedPose> result;
+    constexpr double degree = 57.29577951308232;
+    for (const auto& [name, p] : chosen) {
+        const auto pair = [&, pose = p](const std::string& joint) {
+            return fmt::format("{:.0f} {:.0f}", degree * angle(pose, "left_" + joint),
+                               degree * angle(pose, "right_" + joint));
+        };
+        fmt::print(
+            "{:<15} {:>10}  {:<26}  {:<8}  {:<9}  {:<10}  {:<8}  {}\n", name, p,
+            poses.clip_names[static_cast<std::size_t>(poses.clip_idx[static_cast<std::size_t>(p)])],
+            pair("knee.flexion"), pair("shoulder.elevation"),
+            fmt::format("{:.0f} {:+.0f}", degree * angle(p, "trunk.flexion"), degree * angle(p, "trunk.turn_left")),
+            pair("hip.flexion"), pair("elbow.flexion"));
+        result.push_back({name, poses.poses[static_cast<std::size_t>(p)]});
+    }
+    return result;
+}
+
 Case read_case(const std::string& template_path, const std::string& bodies_path, const std::string& poses_path,
-               int samples, int rings)
+               int num_bodies, int num_poses, int rings)
 {
     Case result;
     if (template_path.empty()) {
         result.body_template = test::tube_template(rings, 16);
         result.bodies = {result.body_template.rest};
-        for (int i = 0; i < samples; ++i) result.poses.push_back(test::tube_pose(0.3 + 1.5 * i / samples));
+        for (int i = 0; i < num_poses; ++i) {
+            const double angle = 0.3 + 1.5 * i / num_poses;
+            result.poses.push_back({fmt::format("bent by {:.2f}", angle), test::tube_pose(angle)});
+        }
         return result;
     }
     result.body_template = read_template(template_path);
-    result.bodies = bodies_path.empty() ? std::vector<Body>{result.body_template.rest}
-                                        : read_bodies(bodies_path, result.body_template).bodies;
-    require_input(!poses_path.empty(), "--poses must be given with --template");
-    const PoseSet poses = read_poses(poses_path);
-    for (int i = 0; i < samples; ++i) {
-        result.poses.push_back(poses.poses[static_cast<std::size_t>(static_cast<long>(i) * poses.size() / samples)]);
+    result.bodies = {result.body_template.rest};
+    if (!bodies_path.empty()) {
+        const std::vector<Body> all = read_bodies(bodies_path, result.body_template).bodies;
+        const auto available = static_cast<long>(all.size());
+        const long used = std::min<long>(num_bodies, available);
+        result.bodies.clear();
+        for (long b = 0; b < used; ++b) result.bodies.push_back(all[static_cast<std::size_t>(b * available / used)]);
     }
+    require_input(!poses_path.empty(), "--poses must be given with --template");
+    result.poses = pick_poses(read_poses(poses_path), result.body_template.rest.joint_positions, num_poses);
     return result;
+}
+
+double peak_memory_mib()
+{
+    rusage usage{};
+    getrusage(RUSAGE_SELF, &usage);
+    return static_cast<double>(usage.ru_maxrss) / 1024;
 }
 
 }  // namespace
 
 int main(int argc, char** argv)
 {
-    Tool tool("bench-fem", "Times FEM samples on one core.", "bench_fem --samples 20 --output out/bench/fem.json");
+    Tool tool("bench-fem", "Times FEM samples on one core: every body in every pose.",
+              "bench_fem --template out/paper/template.h5 --bodies out/paper/bodies.h5 --poses out/paper/poses.h5");
     std::string template_path, bodies_path, poses_path, output;
-    int samples = 12, rings = 100;
+    int num_bodies = 3, num_poses = 10, rings = 100, num_plain = 0;
     SimulationOptions options;
     tool.input("template", template_path, "template; the built-in tube without it", false);
     tool.input("bodies", bodies_path, "bodies; the template's own without it", false);
-    tool.input("poses", poses_path, "poses, spread evenly over the samples", false);
-    tool.parameter("samples", samples, "samples to simulate", 1, 100000);
+    tool.input("poses", poses_path, "poses, of which those that bend furthest are taken first", false);
+    tool.parameter("body-count", num_bodies, "bodies, spread over those given", 1, 100000);
+    tool.parameter("pose-count", num_poses, "poses", 1, 100000);
+    tool.parameter("plain", num_plain, "so many samples also without relaxed creases, for comparison", 0, 100000);
     tool.parameter("rings", rings, "rings of the tube", 3, 100000);
     add_simulation_parameters(tool, options);
     tool.output("output", output, "JSON result", false);
     return tool.run(argc, argv, [&] {
         set_num_threads(1);
         omp_set_max_active_levels(0);  // CHOLMOD's own parallel sections too
-        const Case bench = read_case(template_path, bodies_path, poses_path, samples, rings);
+        const Case bench = read_case(template_path, bodies_path, poses_path, num_bodies, num_poses, rings);
         Simulator simulator(bench.body_template, options);
         std::vector<double> seconds, iterations, factorizations;
-        int converged = 0, stepped = 0;
-        double inverted = 0;
+        NewtonTimes times;
+        int converged = 0, stepped = 0, without_inverted = 0;
+        double inverted = 0, body_seconds = 0, plain_seconds = 0, same_seconds = 0;
+        int plain_converged = 0, plain_done = 0;
         Points last;
-        for (int i = 0; i < samples; ++i) {
-            SimulationResult result;
-            seconds.push_back(seconds_of([&] {
-                simulator.set_body(bench.bodies[static_cast<std::size_t>(i) % bench.bodies.size()]);
-                result = simulator.simulate(bench.poses[static_cast<std::size_t>(i)]);
-            }));
-            iterations.push_back(result.newton.iterations);
-            factorizations.push_back(result.newton.factorizations);
-            converged += result.newton.converged();
-            stepped += result.load_steps > 0;
-            inverted += result.inverted_prisms;
-            last = result.vertices;
-            fmt::print(
-                stderr,
-                "sample {:3d}: {:.2f} s (relax {:.2f}, assemble {:.2f}, factor {:.2f}, solve {:.2f}, evaluate {:.2f}), "
-                "{:2d} iterations, {:2d} factorizations, {:2d} cg, {}, |g| {:.1e} N, relative {:.1e}, {} inverted\n",
-                i, seconds.back(), result.newton.seconds.relaxation, result.newton.seconds.assembly,
-                result.newton.seconds.factorization, result.newton.seconds.substitution,
-                result.newton.seconds.evaluation, result.newton.iterations, result.newton.factorizations,
-                result.newton.cg_iterations, describe(result.newton.stop), result.newton.residual_newton,
-                result.newton.residual_relative, result.inverted_prisms);
+        for (std::size_t b = 0; b < bench.bodies.size(); ++b) {
+            const double start = thread_seconds();
+            simulator.set_body(bench.bodies[b]);
+            const double of_body = thread_seconds() - start;
+            body_seconds += of_body;
+            for (const NamedPose& pose : bench.poses) {
+                SimulationResult result;
+                // A body's own share is spread over its poses, as in a dataset that goes through the bodies in turn.
+                seconds.push_back(seconds_of([&] { result = simulator.simulate(pose.pose); }) +
+                                  of_body / static_cast<double>(bench.poses.size()));
+                const NewtonResult& newton = result.newton;
+                iterations.push_back(newton.iterations);
+                factorizations.push_back(newton.factorizations);
+                converged += newton.converged();
+                stepped += result.load_steps > 0;
+                inverted += result.inverted_prisms;
+                without_inverted += result.inverted_prisms == 0;
+                times.relaxation += newton.seconds.relaxation;
+                times.assembly += newton.seconds.assembly;
+                times.factorization += newton.seconds.factorization;
+                times.substitution += newton.seconds.substitution;
+                times.evaluation += newton.seconds.evaluation;
+                last = result.vertices;
+                fmt::print(stderr,
+                           "body {} {:<15} {:5.2f} s: {:2d} iterations, {:2d} factorizations, {:2d} CG; {}, {:.1e} N, "
+                           "relative {:.1e}; {} inverted\n",
+                           b, pose.name, seconds.back(), newton.iterations, newton.factorizations, newton.cg_iterations,
+                           describe(newton.stop), newton.residual_newton, newton.residual_relative,
+                           result.inverted_prisms);
+                if (plain_done >= num_plain) continue;
+                ++plain_done;
+                same_seconds += seconds.back();
+                NewtonSolver plain(simulator.system());
+                Points positions = simulator.start(pose.pose);
+                plain_seconds +=
+                    seconds_of([&] { plain_converged += plain.minimise(positions, options.newton).converged(); });
+            }
         }
+        const double samples = static_cast<double>(seconds.size());
+        const double total = std::accumulate(seconds.begin(), seconds.end(), 0.0);
+        const double rest =
+            total - times.relaxation - times.assembly - times.factorization - times.substitution - times.evaluation;
+        fmt::print("\nwhere the time goes, core-seconds a sample\n");
+        for (const auto& [name, value] :
+             std::vector<std::pair<const char*, double>>{{"creases relaxed by themselves", times.relaxation},
+                                                         {"Hessians", times.assembly},
+                                                         {"factorisation", times.factorization},
+                                                         {"substitution, conjugate gradients", times.substitution},
+                                                         {"energies, gradients, line search", times.evaluation},
+                                                         {"start, rest data of the body", rest}}) {
+            fmt::print("{:<36} {:6.3f}  {:4.1f} %\n", name, value / samples, 100 * value / total);
+        }
+        fmt::print("\n");
 
-        const ElasticSystem& model = simulator.system();
-        Eigen::SparseMatrix<double> hessian = model.hessian_pattern();
+        const ElasticSystem& system = simulator.system();
+        Eigen::SparseMatrix<double> hessian = system.hessian_pattern();
+        SingleCholesky single;
         SparseCholesky cholesky(SparseCholesky::Method::supernodal);
+        single.analyze(hessian);
         cholesky.analyze(hessian);
-        Eigen::VectorXd gradient, absolute;
+        Eigen::VectorXd gradient, absolute, solution;
         bench::Report report("fem");
-        report.add("prisms", static_cast<double>(model.model().prisms().rows()));
-        report.add("unknowns", model.num_unknowns());
+        report.add("prisms", static_cast<double>(system.model().prisms().rows()));
+        report.add("unknowns", system.num_unknowns());
+        report.add("samples", samples);
         report.add("core_seconds_median", bench::quantile(seconds, 0.5));
         report.add("core_seconds_p95", bench::quantile(seconds, 0.95));
+        report.add("core_seconds_mean", total / samples);
+        report.add("core_seconds_max", bench::quantile(seconds, 1));
         report.add("iterations_median", bench::quantile(iterations, 0.5));
-        report.add("factorizations_median", bench::quantile(factorizations, 0.5));
-        report.add("core_seconds_mean", std::accumulate(seconds.begin(), seconds.end(), 0.0) / samples);
         report.add("iterations_max", bench::quantile(iterations, 1.0));
-        report.add("converged_share", static_cast<double>(converged) / samples);
-        report.add("load_stepped_share", static_cast<double>(stepped) / samples);
+        report.add("factorizations_median", bench::quantile(factorizations, 0.5));
+        report.add("converged_share", converged / samples);
+        report.add("load_stepped_share", stepped / samples);
         report.add("inverted_prisms_mean", inverted / samples);
-        report.add("set_body_seconds", seconds_of([&] { simulator.set_body(bench.bodies.front()); }));
-        report.add("energy_seconds", seconds_of([&] { model.energy(last); }));
-        report.add("gradient_seconds", seconds_of([&] { model.gradient(last, gradient, absolute); }));
-        report.add("exact_hessian_seconds", seconds_of([&] { model.hessian(last, HessianKind::exact, hessian); }));
-        report.add("projected_hessian_seconds",
-                   seconds_of([&] { model.hessian(last, HessianKind::projected, hessian); }));
-        report.add("factor_seconds", seconds_of([&] { cholesky.factorize(hessian); }));
-        report.add("solve_seconds", seconds_of([&] { cholesky.solve(gradient); }));
-        report.add("factor_nonzeros", cholesky.factor_nonzeros());
+        report.add("frames_without_inverted", without_inverted / samples);
+        report.add("peak_memory_mib", peak_memory_mib());
+        if (plain_done > 0) {
+            report.add("plain_converged_share", static_cast<double>(plain_converged) / plain_done);
+            report.add("plain_seconds_ratio", plain_seconds / same_seconds);
+        }
+        report.add("set_body_seconds", body_seconds / static_cast<double>(bench.bodies.size()));
+        report.add("energy_seconds", seconds_of([&] { system.energy(last); }));
+        report.add("gradient_seconds", seconds_of([&] { system.gradient(last, gradient, absolute); }));
+        for (const auto& [name, kind] :
+             std::vector<std::pair<std::string, HessianKind>>{{"gauss_newton", HessianKind::gauss_newton},
+                                                              {"exact", HessianKind::exact},
+                                                              {"projected", HessianKind::projected}}) {
+            report.add(name + "_hessian_seconds",
+                       seconds_of([&, hessian_kind = kind] { system.hessian(last, hessian_kind, hessian); }));
+        }
+        report.add("factor_seconds", seconds_of([&] { single.factorize(hessian); }));
+        report.add("solve_seconds", seconds_of([&] { single.solve(gradient, solution); }));
+        report.add("double_factor_seconds", seconds_of([&] { cholesky.factorize(hessian); }));
+        report.add("double_solve_seconds", seconds_of([&] { cholesky.solve(gradient); }));
+        report.add("factor_nonzeros", static_cast<double>(single.factor_nonzeros()));
         report.print();
         if (!output.empty()) report.write(output);
     });
