@@ -48,10 +48,11 @@ $(FITTED)/bodies.h5: $(OUT)/template.h5 $(FITTED)/skins.h5
 	    | tee $(FITTED)/layers.txt
 
 $(FITTED)/report.txt: $(FITTED)/bodies.h5
-	@{ echo "== people from scans"; sed -n '/^truth of/,$$p' $(FITTED)/fits.txt; tail -n +2 $(FITTED)/layers.txt; \
-	    awk -v bodies="$$(ls $(FITTED)/scans | wc -l)" '{ sum += $$1 } END { \
-	        printf "fit-body and build-layers: %.0f s, %.2f s a body\n", sum, sum / bodies }' \
-	        $(FITTED)/seconds/fit-body $(FITTED)/seconds/build-layers; } > $@.tmp
+	@{ echo "people from scans"; sed -n '/^truth of/,$$p' $(FITTED)/fits.txt; cat $(FITTED)/layers.txt; } | \
+	    grep -v -e '^==' -e ' took ' > $@.tmp
+	@awk -v bodies="$$(ls $(FITTED)/scans | wc -l)" '{ sum += $$1 } END { \
+	    printf "fit-body and build-layers: %.0f s, %.2f s a body\n", sum, sum / bodies }' \
+	    $(FITTED)/seconds/fit-body $(FITTED)/seconds/build-layers >> $@.tmp
 	@mv $@.tmp $@
 
 $(FITTED)/worst.png: $(FITTED)/skins.h5

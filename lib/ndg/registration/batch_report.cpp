@@ -80,8 +80,8 @@ std::string BatchReport::text(const std::vector<BatchEntry>& entries) const
         }
     }
     if (fitted > 0) {
-        result += fmt::format("worst body: {}; {:.1f} s of one thread a body\n", worst,
-                              seconds / static_cast<double>(fitted));
+        result +=
+            fmt::format("worst body: {}; mean time of a fit {:.1f} s\n", worst, seconds / static_cast<double>(fitted));
     }
     result += fmt::format("{} of {} scans fitted, {} pass the gate ({:.1f} %)\n", fitted, scans, passed,
                           100.0 * passed_share());
