@@ -95,3 +95,50 @@ TEST_CASE("A shape space needs different bodies of one size", "[shape_space]")
     CHECK_THROWS_AS(space.encode(smaller), Error);
     CHECK_THROWS_AS(space.decode(Eigen::VectorXd::Zero(space.dimension() + 1)), Error);
 }
+
+TEST_CASE("More shapes than coordinates give the eigenvectors of their covariance", "[shape_space]")
+{
+    const auto shapes = low_rank_shapes(60, 6, 5);
+    const ShapeSpace space = fit_shape_space(pointers(shapes), 300, 1.0);
+    REQUIRE(space.dimension() == 6);
+    // A few of them, by the other way, explain what both share: the same total of variances.
+    Eigen::VectorXd mean = Eigen::VectorXd::Zero(15);
+    for (const Points& shape : shapes) mean += Eigen::Map<const Eigen::VectorXd>(shape.data(), 15) / 60.0;
+    CHECK((space.mean - mean).norm() < 1e-12);
+    Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(15, 15);
+    for (const Points& shape : shapes) {
+        const Eigen::VectorXd centred = Eigen::Map<const Eigen::VectorXd>(shape.data(), 15) - mean;
+        covariance += centred * centred.transpose() / 59.0;
+    }
+    const Eigen::MatrixXd scaled = space.components * space.standard_deviations.cwiseAbs2().asDiagonal();
+    CHECK((covariance * space.components - scaled).norm() < 1e-10 * covariance.norm());
+    CHECK((space.components.transpose() * space.components - Eigen::MatrixXd::Identity(6, 6)).norm() < 1e-10);
+}
+
+TEST_CASE("Explained variances and errors of truncated codes", "[shape_space]")
+{
+    const auto shapes = low_rank_shapes(30, 8, 900);  // more coordinates than one block
+    const ShapeSpace space = fit_shape_space(pointers(shapes), 300, 1.0);
+    const Eigen::VectorXd shares = explained_variances(space);
+    REQUIRE(shares.size() == space.dimension());
+    CHECK(shares[shares.size() - 1] == Approx(space.explained_variance));
+    // The squared error left by k components is the variance they do not explain.
+    double total = 0.0;
+    for (const Points& shape : shapes)
+        total += (Eigen::Map<const Eigen::VectorXd>(shape.data(), shape.size()) - space.mean).squaredNorm();
+    for (const int k : {1, 3, 6}) {
+        CHECK(shares[k - 1] == Approx(fit_shape_space(pointers(shapes), k, 1.0).explained_variance));
+        double left = 0.0, worst = 0.0;
+        for (const Points& shape : shapes) {
+            const ShapeSpace few = fit_shape_space(pointers(shapes), k, 1.0);
+            const Points error = few.decode(few.encode(shape)) - shape;
+            left += error.squaredNorm();
+            worst = std::max(worst, error.rowwise().norm().maxCoeff());
+        }
+        CHECK(left / total == Approx(1.0 - shares[k - 1]).epsilon(1e-6));
+        const ReconstructionErrors errors = reconstruction_errors(space, pointers(shapes), k);
+        CHECK(errors.largest == Approx(worst).epsilon(1e-6));
+        CHECK(errors.means.size() == shapes.size());
+    }
+    CHECK_THROWS_AS(reconstruction_errors(space, pointers(shapes), 100), Error);
+}

@@ -94,7 +94,7 @@ void check_made(const Template& made, const ParametricSurface& own, const Parame
         vertices << body.volume_vertices.topRows(made.num_wrap_vertices()), body.interior_vertices;
         return tetrahedron_volumes(vertices, made.tetrahedra).sum();
     };
-    CHECK(inside(heavy_body) / inside(lean_body) == Approx(1.0).epsilon(0.2));
+    CHECK(inside(heavy_body) / inside(lean_body) == Approx(1.0).epsilon(0.3));
     CHECK(heavy.mass_kg / lean.mass_kg > 1.25);
     CHECK(lean.fit.mean_skin_displacement < 0.001);
     CHECK(heavy.fit.mean_skin_displacement < 0.001);

@@ -71,8 +71,11 @@ MakeHumanParameters makehuman_parameters(const MakeHuman& source, const Adult& a
             (reached_stature < adult.stature_m ? low : high) = height;
             height = 0.5 * (low + high);
         }
-        low = thinnest;
-        high = fullest;
+        // The wished muscle is kept where the weight slider suffices; beyond, losing it can undo what fullness adds.
+        const bool slider_suffices = bmi_of(source.evaluate(on_path(wished, 1.0))) >= adult.bmi;
+        low = slider_suffices ? thinnest : 1.0;
+        high = slider_suffices ? 1.0 : fullest;
+        place = std::clamp(place, low, high);
         for (int step = 0; step < max_bisections; ++step) {
             reached_bmi = bmi_of(source.evaluate(on_path(wished, place)));
             if (std::abs(reached_bmi - adult.bmi) < bmi_tolerance) break;
