@@ -1,6 +1,9 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Datasets through interruptions: simulate-fem and collect-samples as processes. datasets.py BUILD"""
+"""Datasets through interruptions: simulate-fem and collect-samples as processes.
+
+datasets.py BUILD [FOLDER]: with template.h5, bodies.h5, poses.h5 and splits.h5 of FOLDER instead of a small dataset.
+"""
 import os
 import random
 import resource
@@ -34,7 +37,7 @@ def errors(text):
 
 folder = tempfile.mkdtemp(prefix="ndg-datasets-")
 try:
-    data = Dataset(sys.argv[1], folder)
+    data = Dataset(sys.argv[1], os.path.abspath(sys.argv[2]) if len(sys.argv) > 2 else folder)
     whole = folder + "/whole.h5"
     start = time.time()
     code, text = data.simulate(whole, "--threads", "1")
@@ -114,7 +117,7 @@ try:
                                           stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL))
     check([p.wait() for p in processes] == [0] * 7, "seven shards by processes side by side")
     code, text = data.collect(sharded, "--status")
-    check(code == 0 and "43 of 43 done" in text and "7 complete" in text and "unfinished  none" in text, "status")
+    check(code == 0 and f"{data.samples} of {data.samples} done" in text and "7 complete" in text and "unfinished  none" in text, "status")
     code, text = data.collect(sharded)
     check(code == 0 and difference(whole, sharded) == "", "1 shard and 7 shards give the same samples")
     shutil.move(folder + "/seven", folder + "/moved")
