@@ -14,6 +14,8 @@ constexpr std::array<HessianKind, 3> kinds{HessianKind::exact, HessianKind::near
 /// Above this residual only positive semi-definite elements are used.
 constexpr double far_above_relative = 0.1;
 constexpr int max_projected_attempts = 8;
+/// A softer matrix is tried again once the residual has fallen to this share of where it was indefinite.
+constexpr double retry_share = 0.3;
 
 /// Below this residual an earlier factor may serve as preconditioner.
 constexpr double precondition_below_relative = 0.05;
@@ -31,6 +33,7 @@ NewtonDirection::NewtonDirection(const ElasticSystem& system) : system_(system),
 void NewtonDirection::start()
 {
     level_ = 0;
+    indefinite_at_ = 0;
     factored_ = stiffened_ = reuse_ = truncated_ = short_step_ = false;
     factorizations_ = cg_iterations_ = 0;
     seconds_ = {};
@@ -51,7 +54,10 @@ bool NewtonDirection::find(const Points& positions, const Eigen::VectorXd& gradi
         stiffened_ = false;
         return true;
     }
+    const std::size_t level_before = level_;
+    if (level_ > 0 && residual_relative < retry_share * indefinite_at_) --level_;
     if (!factorize_definite(positions, residual_relative >= far_above_relative)) return false;
+    if (level_ > level_before || level_ == kinds.size() - 1) indefinite_at_ = residual_relative;
     const Stopwatch stopwatch(seconds_.substitution);
     cholesky_.solve(gradient, direction);
     direction = -direction;
@@ -91,7 +97,6 @@ bool NewtonDirection::factorize_definite(const Points& positions, bool far)
         factored = factorize();
         shift *= 10;
     }
-    if (level_ > 0) --level_;  // the next matrix is likely to be better
     return factored;
 }
 

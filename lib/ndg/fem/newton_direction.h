@@ -50,7 +50,8 @@ private:
     const ElasticSystem& system_;
     Eigen::SparseMatrix<double> hessian_;
     SingleCholesky cholesky_;
-    std::size_t level_ = 0;  ///< where factorize_definite starts
+    std::size_t level_ = 0;     ///< where factorize_definite starts
+    double indefinite_at_ = 0;  ///< residual where a softer matrix than that of level_ was indefinite
     bool factored_ = false, stiffened_ = false, reuse_ = false, truncated_ = false, short_step_ = false;
     int factorizations_ = 0, cg_iterations_ = 0;
     NewtonTimes seconds_;

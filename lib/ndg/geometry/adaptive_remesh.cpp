@@ -229,8 +229,7 @@ private:
     {
         // The boundary sees half a neighbourhood.
         const auto count = static_cast<int>(mesh_.triangles_of(v).size());
-        const bool boundary = static_cast<int>(mesh_.neighbours(v).size()) != count;
-        return std::abs(count + change - (boundary ? 3 : 6));
+        return std::abs(count + change - (mesh_.on_boundary(v) ? 3 : 6));
     }
 
     bool flip_is_sound(int a, int b, int c, int d) const
