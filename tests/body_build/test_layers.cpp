@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Making templates and bodies: pieces that need no data.
 #include "ndg/body_build/bone_interior.h"
-#include "ndg/body_build/inner_surface.h"
 #include "ndg/body_build/layer_batch.h"
 #include "ndg/body_build/region_cut.h"
+#include "ndg/body_build/wrap_skin.h"
 #include "ndg/body_source/makehuman_files.h"
 #include "ndg/core/error.h"
 #include "ndg/geometry/triangle_mesh.h"
@@ -68,42 +68,6 @@ TEST_CASE("cutting along zero splits triangles on the line and keeps area", "[bu
     CHECK(positive_area == Approx(0.75).epsilon(1e-12));
     CHECK(triangle_normals(cut.vertices, cut.triangles).col(2).minCoeff() == Approx(1.0));
     CHECK(mesh_edges(cut.triangles, static_cast<int>(cut.vertices.rows())).size() > 5);  // manifold, or it throws
-}
-
-TEST_CASE("skin vertices project onto the bone they hang on", "[build]")
-{
-    const WrapSkin skin = tube_skin(11, 8);
-    const Points projection = skeleton_projection(skin);
-    // The middle of the tube lies on the axis; smoothing only moves projections along it.
-    for (Eigen::Index v = 0; v < projection.rows(); ++v) {
-        CHECK(std::abs(projection(v, 0)) < 1e-9);
-        CHECK(std::abs(projection(v, 2)) < 1e-9);
-    }
-    CHECK((projection.middleRows(5 * 8, 8).col(1).array() - 0.5).abs().maxCoeff() < 0.02);
-    const Eigen::VectorXd share = soft_tissue_share(skin);
-    CHECK(share.minCoeff() > 0.3);
-    CHECK(share.maxCoeff() < 0.8);
-}
-
-TEST_CASE("wraps are where they are wanted when that is valid, and repaired where it is not", "[build]")
-{
-    const WrapSkin skin = tube_skin(11, 12);
-    const Points projection = skeleton_projection(skin);
-    const Eigen::VectorXd fat = Eigen::VectorXd::Constant(skin.vertices.rows(), 0.4);
-    Points intended = skin.vertices + 0.6 * (projection - skin.vertices);
-    const Wraps wraps = valid_wraps(skin, intended, fat, 0.02, "tube");
-    CHECK(wraps.adjusted_vertices == 0);
-    CHECK((wraps.bone - intended).norm() < 1e-12);
-    CHECK((wraps.muscle - (skin.vertices + 0.4 * (intended - skin.vertices))).norm() < 1e-12);
-
-    intended.row(5 * 12 + 3) << -0.04, 0.9, 0.0;  // far through the tube: its prisms are inverted
-    const Wraps repaired = valid_wraps(skin, intended, fat, 0.02, "tube");
-    CHECK(repaired.adjusted_vertices > 0);
-    CHECK(repaired.min_scaled_jacobian >= 0.02);
-    const Prisms prisms = layer_prisms(skin.triangles, static_cast<int>(skin.vertices.rows()));
-    Points volume(3 * skin.vertices.rows(), 3);
-    volume << repaired.bone, repaired.muscle, skin.vertices;
-    CHECK(check_prisms(volume, prisms).num_invalid == 0);
 }
 
 TEST_CASE("bone interior fills the wrap, its weights blend, and it follows the wrap", "[build]")

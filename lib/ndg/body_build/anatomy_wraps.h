@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "ndg/body_build/inner_surface.h"
+#include "ndg/body_build/wrap_skin.h"
 #include "ndg/body_source/template_source.h"
 
 #include <vector>

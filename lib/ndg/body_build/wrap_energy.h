@@ -2,8 +2,8 @@
 // What a good pair of wraps minimises.
 #pragma once
 
-#include "ndg/body_build/inner_surface.h"
 #include "ndg/body_build/prism_barrier.h"
+#include "ndg/body_build/wrap_skin.h"
 #include "ndg/geometry/distance_grid.h"
 
 #include <Eigen/SparseCore>
