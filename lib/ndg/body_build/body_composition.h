@@ -2,15 +2,10 @@
 // How much fat and muscle a person has, from girths, by published formulas.
 #pragma once
 
+#include "ndg/body/person.h"
 #include "ndg/body_build/girths.h"
 
 namespace ndg {
-
-/// What girths do not tell.
-struct Person {
-    double sex = 0.5;  ///< 0 female, 1 male; between, the formulas of both are blended
-    double age_years = 40.0;
-};
 
 struct BodyComposition {
     double fat_share = 0;             ///< of the body's mass

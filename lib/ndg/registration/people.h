@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "ndg/body/person.h"
 #include "ndg/body/template.h"
 
 #include <map>
@@ -8,11 +9,6 @@
 
 namespace ndg {
 
-/// What a scan does not tell about a person.
-struct Person {
-    double sex = 0.5;  ///< 0 female, 1 male
-    double age_years = 40.0;
-};
 using People = std::map<std::string, Person>;
 
 /// JSON object {name: {"sex": number from 0 to 1, or "female" or "male", "age_years": number}, ...}. Throws InputError
