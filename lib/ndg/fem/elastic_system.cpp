@@ -2,41 +2,18 @@
 #include "ndg/fem/elastic_system.h"
 
 #include "ndg/core/error.h"
-#include "ndg/fem/neo_hookean.h"
-#include "ndg/fem/shell.h"
-#include "ndg/fem/volume_guard.h"
-
-#include <Eigen/LU>
+#include "ndg/fem/flesh_lanes.h"
+#include "ndg/fem/guarded_prism.h"
+#include "ndg/fem/skin_lanes.h"
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
+#include <type_traits>
 
 namespace ndg {
 
 namespace {
-
-using Eigen::Matrix3d;
-using Eigen::Vector3d;
-
-Vector3d position(const Points& positions, int vertex)
-{
-    return positions.row(vertex).transpose();
-}
-
-Hinge gather_hinge(const Points& positions, const std::array<int, 4>& v)
-{
-    return {position(positions, v[0]), position(positions, v[1]), position(positions, v[2]), position(positions, v[3])};
-}
-
-Matrix3d deformation(const Points& positions, const FleshElement& element)
-{
-    Matrix3d f = Matrix3d::Zero();
-    for (int a = 0; a < 6; ++a) {
-        f.noalias() +=
-            position(positions, element.vertices[static_cast<std::size_t>(a)]) * element.gradient.col(a).transpose();
-    }
-    return f;
-}
 
 std::vector<int> all_free_vertices(const ElasticModel& model)
 {
@@ -58,117 +35,68 @@ std::vector<int> elements_at(const std::vector<int>& vertices, const std::vector
     return elements;
 }
 
-/// Adds the 3 x 3 block `value` to a matrix whose columns are `stride` values apart.
-void add_block(const Matrix3d& value, double* target, std::ptrdiff_t stride)
-{
-    for (int j = 0; j < 3; ++j) {
-        for (int i = 0; i < 3; ++i) target[i + j * stride] += value(i, j);
-    }
-}
-
-Matrix3d cross_matrix(const Vector3d& v)
-{
-    Matrix3d m;
-    m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-    return m;
-}
-
-/// Blocks of B^T H B, where B takes the prism's 18 coordinates to F and H is the exact Hessian of the flesh energy:
-/// w (mu (g_a . g_b) I + lambda c_a c_b^T - p [F (g_a x g_b)]), c_a = cof(F) g_a the gradient of det F,
-/// p = lambda (det F - 1) - mu, [.] the cross product matrix.
-class ExactPrismHessian {
-public:
-    ExactPrismHessian(const FleshElement& element, const Matrix3d& f) : element_(element), f_(f)
-    {
-        Matrix3d cofactors;
-        cofactors << f.col(1).cross(f.col(2)), f.col(2).cross(f.col(0)), f.col(0).cross(f.col(1));
-        volume_gradient_ = cofactors.lazyProduct(element.gradient);
-        pressure_ = element.lame.lambda * (f.determinant() - 1) - element.lame.mu;
-    }
-    Matrix3d block(int a, int b) const
-    {
-        const Vector3d g_a = element_.gradient.col(a), g_b = element_.gradient.col(b);
-        Matrix3d block =
-            element_.weight * element_.lame.lambda * volume_gradient_.col(a) * volume_gradient_.col(b).transpose();
-        block -= cross_matrix(element_.weight * pressure_ * (f_ * g_a.cross(g_b)));
-        block.diagonal().array() += element_.weight * element_.lame.mu * g_a.dot(g_b);
-        return block;
-    }
-
-private:
-    const FleshElement& element_;
-    const Matrix3d& f_;
-    PrismGradient volume_gradient_;
-    double pressure_ = 0;
-};
-
-/// The same of the projected Hessian M M^T.
-class ProjectedPrismHessian {
-public:
-    ProjectedPrismHessian(const FleshElement& element, const Matrix3d& f)
-    {
-        const Matrix9 modes = std::sqrt(element.weight) * neo_hookean_projected_modes(f, element.lame);
-        for (int a = 0; a < 6; ++a) {
-            rows_.middleRows<3>(3 * a) = element.gradient(0, a) * modes.topRows<3>() +
-                                         element.gradient(1, a) * modes.middleRows<3>(3) +
-                                         element.gradient(2, a) * modes.bottomRows<3>();
-        }
-    }
-    Matrix3d block(int a, int b) const
-    {
-        return rows_.middleRows<3>(3 * a).lazyProduct(rows_.middleRows<3>(3 * b).transpose());
-    }
-
-private:
-    Eigen::Matrix<double, 18, 9> rows_;
-};
-
-PrismVertices gather(const Points& positions, const FleshElement& element)
-{
-    PrismVertices prism;
-    for (int a = 0; a < 6; ++a) prism.row(a) = positions.row(element.vertices[static_cast<std::size_t>(a)]);
-    return prism;
-}
-
-/// The guard of one prism's volume; nothing where it is far from flat.
-class GuardedPrism {
-public:
-    GuardedPrism(const Points& positions, const FleshElement& element)
-        : prism_(gather(positions, element)),
-          scale_(element.weight * element.lame.lambda),
-          rest_volume_(element.rest_volume),
-          guard_(volume_guard(prism_volume(prism_) / rest_volume_))
-    {
-    }
-    bool active() const { return guard_.energy > 0; }
-    double energy() const { return scale_ * guard_.energy; }
-    PrismVertices forces() const { return scale_ * guard_.first / rest_volume_ * prism_volume_gradient(prism_); }
-    /// Semi-definite without the curvature of the volume itself.
-    Eigen::Matrix<double, 18, 18> hessian(bool exact) const
-    {
-        const PrismVertices gradient = prism_volume_gradient(prism_) / rest_volume_;
-        Eigen::Matrix<double, 18, 1> stacked;
-        for (int a = 0; a < 6; ++a) stacked.segment<3>(3 * a) = gradient.row(a).transpose();
-        Eigen::Matrix<double, 18, 18> hessian = scale_ * guard_.second * stacked * stacked.transpose();
-        if (exact) hessian += scale_ * guard_.first / rest_volume_ * prism_volume_hessian(prism_);
-        return hessian;
-    }
-
-private:
-    PrismVertices prism_;
-    double scale_, rest_volume_;
-    VolumeGuard guard_;
-};
-
 /// Share of an element's stiffness that its smallest eigenvalue may lie below zero and stay, where most stay.
 constexpr double nearly_exact_tolerance = 0.3;
 
-template <class Stability>
-bool projects(HessianKind kind, const Stability& stability)
+/// Up to num_lanes elements in a row; short batches repeat the last.
+template <class Part, class Element>
+struct Batch {
+    std::array<const Part*, num_lanes> parts;
+    std::array<const Element*, num_lanes> elements;
+    std::size_t count;
+};
+
+template <class Part>
+const Part* address(const Part& part)
 {
-    if (kind == HessianKind::exact) return false;
-    return kind != HessianKind::nearly_exact || stability() < -nearly_exact_tolerance;
+    return &part;
 }
+template <class Part>
+const Part* address(const Part* part)
+{
+    return part;
+}
+
+/// work(batch) for all of `parts`, a vector of parts or of pointers to them.
+template <class Parts, class Element, class Work>
+void for_batches(const Parts& parts, const std::vector<Element>& elements, const Work& work)
+{
+    using Part = std::remove_cv_t<std::remove_pointer_t<decltype(address(parts.front()))>>;
+    Batch<Part, Element> batch;
+    for (std::size_t begin = 0; begin < parts.size(); begin += num_lanes) {
+        batch.count = std::min(num_lanes, parts.size() - begin);
+        for (std::size_t i = 0; i < num_lanes; ++i) {
+            batch.parts[i] = address(parts[begin + std::min(i, batch.count - 1)]);
+            batch.elements[i] = &elements[static_cast<std::size_t>(batch.parts[i]->element)];
+        }
+        work(batch);
+    }
+}
+
+/// Adds forces to gradient and their absolute values to absolute.
+class ForceSum {
+public:
+    ForceSum(Eigen::VectorXd& gradient, Eigen::VectorXd& absolute) : gradient_(gradient), absolute_(absolute) {}
+    void add(int unknown, int coordinate, double force)
+    {
+        gradient_[3 * unknown + coordinate] += force;
+        absolute_[3 * unknown + coordinate] += std::abs(force);
+    }
+    template <class Part, std::size_t Size>
+    void add_lane(const Part& part, const LaneVector<Size>& forces, std::size_t lane)
+    {
+        for (std::size_t a = 0; 3 * a < Size; ++a) {
+            if (part.unknown[a] < 0) continue;
+            for (std::size_t c = 0; c < 3; ++c) {
+                add(part.unknown[a], static_cast<int>(c), forces.values[num_lanes * (3 * a + c) + lane]);
+            }
+        }
+    }
+
+private:
+    Eigen::VectorXd& gradient_;
+    Eigen::VectorXd& absolute_;
+};
 
 }  // namespace
 
@@ -199,71 +127,94 @@ ElasticSystem::ElasticSystem(const ElasticModel& model, std::vector<int> vertice
 
 double ElasticSystem::energy(const Points& positions) const
 {
-    double total = 0;
-    for (const Part<6>& part : flesh_) {
-        const FleshElement& element = model_->flesh()[static_cast<std::size_t>(part.element)];
-        total += element.weight * neo_hookean_energy(deformation(positions, element), element.lame);
-        if (model_->guards_volume()) total += GuardedPrism(positions, element).energy();
-    }
-    for (const Part<4>& part : skin_) {
-        const SkinElement& element = model_->skin()[static_cast<std::size_t>(part.element)];
-        const Hinge hinge = gather_hinge(positions, element.vertices);
-        total += model_->stretch_stiffness() * stretch_energy(hinge.x0, hinge.x1, element.rest_length);
-        total += bend_energy(hinge, element.bend);
-    }
-    return total;
+    Lanes total = 0.0;
+    const auto add = [&](const auto& batch, Lanes energy) {
+        for (std::size_t i = batch.count; i < num_lanes; ++i) energy[i] = 0;
+        total += energy;
+    };
+    for_batches(flesh_, model_->flesh(), [&](const auto& batch) {
+        const FleshLanes flesh(positions, batch.elements);
+        Lanes energy = flesh.energy();
+        if (model_->guards_volume() && any_of(flesh.volume_shares() < guarded_volume_share)) {
+            for (std::size_t i = 0; i < num_lanes; ++i)
+                energy[i] += GuardedPrism(positions, *batch.elements[i]).energy();
+        }
+        add(batch, energy);
+    });
+    for_batches(skin_, model_->skin(), [&](const auto& batch) {
+        add(batch, SkinLanes(positions, batch.elements, model_->stretch_stiffness()).energy());
+    });
+    return reduce(total);
 }
 
 void ElasticSystem::gradient(const Points& positions, Eigen::VectorXd& gradient, Eigen::VectorXd& absolute) const
 {
     gradient.setZero(num_unknowns());
     absolute.setZero(num_unknowns());
-    const auto add = [&](int unknown, const Vector3d& force) {
-        if (unknown < 0) return;
-        gradient.segment<3>(3 * unknown) += force;
-        absolute.segment<3>(3 * unknown) += force.cwiseAbs();
-    };
-    for (const Part<6>& part : flesh_) {
-        const FleshElement& element = model_->flesh()[static_cast<std::size_t>(part.element)];
-        const Matrix3d stress = element.weight * neo_hookean_stress(deformation(positions, element), element.lame);
-        for (int a = 0; a < 6; ++a) add(part.unknown[static_cast<std::size_t>(a)], stress * element.gradient.col(a));
-        if (!model_->guards_volume()) continue;
-        const GuardedPrism guarded(positions, element);
-        if (!guarded.active()) continue;
-        const PrismVertices forces = guarded.forces();
-        for (int a = 0; a < 6; ++a) add(part.unknown[static_cast<std::size_t>(a)], forces.row(a).transpose());
-    }
-    for (const Part<4>& part : skin_) {
-        const SkinElement& element = model_->skin()[static_cast<std::size_t>(part.element)];
-        const Hinge hinge = gather_hinge(positions, element.vertices);
-        const Vector6 stretch = model_->stretch_stiffness() * stretch_gradient(hinge.x0, hinge.x1, element.rest_length);
-        add(part.unknown[0], stretch.head<3>());
-        add(part.unknown[1], stretch.tail<3>());
-        const Vector12 bend = bend_gradient(hinge, element.bend);
-        for (int a = 0; a < 4; ++a) add(part.unknown[static_cast<std::size_t>(a)], bend.segment<3>(3 * a));
-    }
+    ForceSum sum(gradient, absolute);
+    for_batches(flesh_, model_->flesh(), [&](const auto& batch) {
+        const FleshLanes flesh(positions, batch.elements);
+        LaneVector<18> forces;
+        flesh.forces(forces);
+        for (std::size_t i = 0; i < batch.count; ++i) sum.add_lane(*batch.parts[i], forces, i);
+        if (!model_->guards_volume() || none_of(flesh.volume_shares() < guarded_volume_share)) return;
+        for (std::size_t i = 0; i < batch.count; ++i) {
+            const GuardedPrism guarded(positions, *batch.elements[i]);
+            if (!guarded.active()) continue;
+            const PrismVertices extra = guarded.forces();
+            for (int k = 0; k < 18; ++k) {
+                const int unknown = batch.parts[i]->unknown[static_cast<std::size_t>(k / 3)];
+                if (unknown >= 0) sum.add(unknown, k % 3, extra(k / 3, k % 3));
+            }
+        }
+    });
+    for_batches(skin_, model_->skin(), [&](const auto& batch) {
+        const SkinLanes skin(positions, batch.elements, model_->stretch_stiffness());
+        LaneVector<12> bend;
+        LaneVector<6> stretch;
+        skin.bend_forces(bend);
+        const Lanes3 pull = skin.pull();
+        stretch.set3(0, Lanes(-1.0) * pull);
+        stretch.set3(1, pull);
+        for (std::size_t i = 0; i < batch.count; ++i) {
+            sum.add_lane(*batch.parts[i], stretch, i);
+            sum.add_lane(*batch.parts[i], bend, i);
+        }
+    });
 }
 
 void ElasticSystem::make_pattern()
 {
-    block_rows_.assign(vertices_.size(), {});
-    for (std::size_t i = 0; i < vertices_.size(); ++i) block_rows_[i].push_back(static_cast<int>(i));
-    const auto connect = [&](const auto& parts) {
-        for (const auto& part : parts) {
-            for (const int row : part.unknown) {
+    // Later neighbours of every vertex with repetitions, one vertex after the other, then sorted and made unique.
+    std::vector<int> end(vertices_.size() + 1, 0);
+    const auto for_pairs = [&](const auto& visit) {
+        const auto visit_parts = [&](const auto& parts) {
+            for (const auto& part : parts) {
                 for (const int column : part.unknown) {
-                    if (column >= 0 && row > column) block_rows_[static_cast<std::size_t>(column)].push_back(row);
+                    if (column < 0) continue;
+                    for (const int row : part.unknown) {
+                        if (row > column) visit(static_cast<std::size_t>(column), row);
+                    }
                 }
             }
-        }
+        };
+        visit_parts(flesh_);
+        visit_parts(skin_);
     };
-    connect(flesh_);
-    connect(skin_);
-    for (std::vector<int>& rows : block_rows_) {
-        std::sort(rows.begin(), rows.end());
-        rows.erase(std::unique(rows.begin(), rows.end()), rows.end());
-        block_begin_.push_back(num_values_);
-        num_values_ += 9 * static_cast<int>(rows.size());
+    for_pairs([&](std::size_t column, int) { ++end[column + 1]; });
+    for (std::size_t v = 0; v < vertices_.size(); ++v) end[v + 1] += end[v] + 1;
+    std::vector<int> rows(static_cast<std::size_t>(end.back()));
+    for (std::size_t v = 0; v < vertices_.size(); ++v) rows[static_cast<std::size_t>(end[v]++)] = static_cast<int>(v);
+    for_pairs([&](std::size_t column, int row) { rows[static_cast<std::size_t>(end[column]++)] = row; });
+    block_rows_.reserve(rows.size());
+    block_begin_.push_back(0);
+    auto first = rows.begin();
+    for (std::size_t v = 0; v < vertices_.size(); ++v) {
+        const auto last = rows.begin() + end[v];
+        std::sort(first, last);
+        block_rows_.insert(block_rows_.end(), first, std::unique(first, last));
+        block_begin_.push_back(static_cast<int>(block_rows_.size()));
+        first = last;
     }
     for (Part<6>& part : flesh_) find_places(part);
     for (Part<4>& part : skin_) find_places(part);
@@ -273,14 +224,17 @@ template <std::size_t Size>
 void ElasticSystem::find_places(Part<Size>& part) const
 {
     part.place.fill(-1);
-    for (std::size_t b = 0; b < Size; ++b) {
-        if (part.unknown[b] < 0) continue;
-        const auto column = static_cast<std::size_t>(part.unknown[b]);
-        const std::vector<int>& rows = block_rows_[column];
-        for (std::size_t a = 0; a < Size; ++a) {
-            if (part.unknown[a] < part.unknown[b]) continue;
-            const auto found = std::lower_bound(rows.begin(), rows.end(), part.unknown[a]);
-            part.place[a + Size * b] = block_begin_[column] + 3 * static_cast<int>(found - rows.begin());
+    for (std::size_t a = 0; a < Size; ++a) {
+        if (part.unknown[a] < 0) continue;
+        const auto vertex = static_cast<std::size_t>(part.unknown[a]);
+        part.stride[a] = 3 * (block_begin_[vertex + 1] - block_begin_[vertex]);
+        for (std::size_t b = 0; b < Size; ++b) {
+            // Column a, row b.
+            if (part.unknown[b] < part.unknown[a]) continue;
+            const auto begin = block_rows_.begin() + block_begin_[vertex];
+            const auto found = std::lower_bound(begin, block_rows_.begin() + block_begin_[vertex + 1], part.unknown[b]);
+            const std::size_t high = std::max(a, b), low = std::min(a, b);
+            part.place[high * (high + 1) / 2 + low] = 9 * block_begin_[vertex] + 3 * static_cast<int>(found - begin);
         }
     }
 }
@@ -288,14 +242,14 @@ void ElasticSystem::find_places(Part<Size>& part) const
 Eigen::SparseMatrix<double> ElasticSystem::hessian_pattern() const
 {
     Eigen::SparseMatrix<double> matrix(num_unknowns(), num_unknowns());
-    matrix.resizeNonZeros(num_values_);
+    matrix.resizeNonZeros(9 * block_begin_.back());
     int value = 0;
-    for (std::size_t v = 0; v < block_rows_.size(); ++v) {
+    for (std::size_t v = 0; v < vertices_.size(); ++v) {
         for (int j = 0; j < 3; ++j) {
             matrix.outerIndexPtr()[3 * v + static_cast<std::size_t>(j)] = value;
-            for (const int row : block_rows_[v]) {
+            for (int k = block_begin_[v]; k < block_begin_[v + 1]; ++k) {
                 for (int i = 0; i < 3; ++i) {
-                    matrix.innerIndexPtr()[value] = 3 * row + i;
+                    matrix.innerIndexPtr()[value] = 3 * block_rows_[static_cast<std::size_t>(k)] + i;
                     matrix.valuePtr()[value++] = 0;
                 }
             }
@@ -305,51 +259,117 @@ Eigen::SparseMatrix<double> ElasticSystem::hessian_pattern() const
     return matrix;
 }
 
+template <std::size_t Size>
+void ElasticSystem::scatter(const Part<Size>& part, const LaneBlocks<Size>& blocks, std::size_t lane, double* values)
+{
+    std::size_t block = 0;
+    for (std::size_t a = 0; a < Size; ++a) {
+        for (std::size_t b = 0; b <= a; ++b, ++block) {
+            const int place = part.place[block];
+            if (place < 0) continue;
+            const bool transposed = part.unknown[a] < part.unknown[b];
+            const std::ptrdiff_t down = transposed ? part.stride[a] : 1, right = transposed ? 1 : part.stride[b];
+            const double* source = &blocks.values[num_lanes * 9 * block + lane];
+            double* target = values + place;
+            for (int j = 0; j < 3; ++j) {
+                for (int i = 0; i < 3; ++i) target[i * down + j * right] += source[num_lanes * (i + 3 * j)];
+            }
+        }
+    }
+}
+
 void ElasticSystem::hessian(const Points& positions, HessianKind kind, Eigen::SparseMatrix<double>& hessian) const
 {
-    require(hessian.rows() == num_unknowns() && hessian.nonZeros() == num_values_,
+    require(hessian.rows() == num_unknowns() && hessian.nonZeros() == 9 * block_begin_.back(),
             "the matrix given does not have the pattern of this system");
-    double* values = hessian.valuePtr();
-    std::fill_n(values, num_values_, 0.0);
-    const auto add = [&](const auto& part, const auto& block) {
-        const std::size_t size = part.unknown.size();
-        for (std::size_t b = 0; b < size; ++b) {
-            if (part.unknown[b] < 0) continue;
-            const auto stride =
-                static_cast<std::ptrdiff_t>(3 * block_rows_[static_cast<std::size_t>(part.unknown[b])].size());
-            for (std::size_t a = 0; a < size; ++a) {
-                const int place = part.place[a + size * b];
-                if (place >= 0) add_block(block(static_cast<int>(a), static_cast<int>(b)), values + place, stride);
+    std::fill_n(hessian.valuePtr(), hessian.nonZeros(), 0.0);
+    flesh_hessian(positions, kind, hessian.valuePtr());
+    skin_hessian(positions, kind, hessian.valuePtr());
+}
+
+void ElasticSystem::flesh_hessian(const Points& positions, HessianKind kind, double* values) const
+{
+    PrismBlocks blocks;
+    std::vector<const Part<6>*> unstable;
+    const auto add_projected = [&](const auto& batch) {
+        FleshLanes(positions, batch.elements).projected_hessian(blocks);
+        for (std::size_t i = 0; i < batch.count; ++i) scatter(*batch.parts[i], blocks, i, values);
+    };
+    const auto add = [&](const auto& batch) {
+        const FleshLanes flesh(positions, batch.elements);
+        flesh.hessian(blocks);
+        const Lanes stability = kind == HessianKind::exact ? Lanes(1.0) : flesh.stability();
+        for (std::size_t i = 0; i < batch.count; ++i) {
+            if (stability[i] < -nearly_exact_tolerance) {
+                unstable.push_back(batch.parts[i]);
+            } else {
+                scatter(*batch.parts[i], blocks, i, values);
             }
         }
     };
-    for (const Part<6>& part : flesh_) {
-        const FleshElement& element = model_->flesh()[static_cast<std::size_t>(part.element)];
-        const Matrix3d f = deformation(positions, element);
-        if (projects(kind, [&] { return neo_hookean_stability(f, element.lame); })) {
-            const ProjectedPrismHessian prism(element, f);
-            add(part, [&](int a, int b) { return prism.block(a, b); });
-        } else {
-            const ExactPrismHessian prism(element, f);
-            add(part, [&](int a, int b) { return prism.block(a, b); });
-        }
-        if (!model_->guards_volume()) continue;
-        const GuardedPrism guarded(positions, element);
-        if (!guarded.active()) continue;
-        const auto guard = guarded.hessian(kind == HessianKind::exact);
-        add(part, [&](int a, int b) -> Matrix3d { return guard.block<3, 3>(3 * a, 3 * b); });
+    if (kind == HessianKind::exact || kind == HessianKind::nearly_exact) {
+        for_batches(flesh_, model_->flesh(), add);
+        for_batches(unstable, model_->flesh(), add_projected);
+    } else {
+        for_batches(flesh_, model_->flesh(), add_projected);
     }
-    for (const Part<4>& part : skin_) {
-        const SkinElement& element = model_->skin()[static_cast<std::size_t>(part.element)];
-        const Hinge hinge = gather_hinge(positions, element.vertices);
-        const bool projected = projects(kind, [&] { return bend_stability(hinge, element.bend); });
-        Matrix12 sum = kind == HessianKind::gauss_newton ? bend_gauss_newton_hessian(hinge, element.bend)
-                       : projected                       ? bend_projected_hessian(hinge, element.bend)
-                                                         : bend_hessian(hinge, element.bend);
-        sum.topLeftCorner<6, 6>() += model_->stretch_stiffness() *
-                                     (projected ? stretch_projected_hessian(hinge.x0, hinge.x1, element.rest_length)
-                                                : stretch_hessian(hinge.x0, hinge.x1, element.rest_length));
-        add(part, [&](int a, int b) -> Matrix3d { return sum.block<3, 3>(3 * a, 3 * b); });
+    if (!model_->guards_volume()) return;
+    for_batches(flesh_, model_->flesh(), [&](const auto& batch) {
+        if (none_of(FleshLanes(positions, batch.elements).volume_shares() < guarded_volume_share)) return;
+        for (std::size_t i = 0; i < batch.count; ++i) {
+            const GuardedPrism guarded(positions, *batch.elements[i]);
+            if (!guarded.active()) continue;
+            const Eigen::Matrix<double, 18, 18> full = guarded.hessian(kind == HessianKind::exact);
+            for (std::size_t a = 0; a < 6; ++a) {
+                for (std::size_t b = 0; b <= a; ++b) {
+                    for (std::size_t k = 0; k < 9; ++k) {
+                        blocks.values[num_lanes * (PrismBlocks::at(a, b) + k)] =
+                            full(static_cast<int>(3 * a + k % 3), static_cast<int>(3 * b + k / 3));
+                    }
+                }
+            }
+            scatter(*batch.parts[i], blocks, 0, values);
+        }
+    });
+}
+
+void ElasticSystem::skin_hessian(const Points& positions, HessianKind kind, double* values) const
+{
+    HingeBlocks blocks;
+    std::vector<const Part<4>*> unstable;
+    const auto lanes = [&](const auto& batch) {
+        return SkinLanes(positions, batch.elements, model_->stretch_stiffness());
+    };
+    const auto scatter_all = [&](const auto& batch) {
+        for (std::size_t i = 0; i < batch.count; ++i) scatter(*batch.parts[i], blocks, i, values);
+    };
+    const auto add_projected = [&](const auto& batch) {
+        lanes(batch).projected_hessian(blocks);
+        scatter_all(batch);
+    };
+    const auto add_gauss_newton = [&](const auto& batch) {
+        lanes(batch).gauss_newton_hessian(blocks);
+        scatter_all(batch);
+    };
+    const auto add = [&](const auto& batch) {
+        const SkinLanes skin = lanes(batch);
+        skin.hessian(blocks);
+        const Lanes stability = kind == HessianKind::exact ? Lanes(1.0) : skin.stability();
+        for (std::size_t i = 0; i < batch.count; ++i) {
+            if (stability[i] < -nearly_exact_tolerance) {
+                unstable.push_back(batch.parts[i]);
+            } else {
+                scatter(*batch.parts[i], blocks, i, values);
+            }
+        }
+    };
+    if (kind == HessianKind::gauss_newton) {
+        for_batches(skin_, model_->skin(), add_gauss_newton);
+    } else if (kind == HessianKind::projected) {
+        for_batches(skin_, model_->skin(), add_projected);
+    } else {
+        for_batches(skin_, model_->skin(), add);
+        for_batches(unstable, model_->skin(), add_projected);
     }
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "ndg/fem/elastic_model.h"
+#include "ndg/fem/lanes.h"
 
 #include <Eigen/SparseCore>
 
@@ -47,25 +48,30 @@ public:
     void hessian(const Points& positions, HessianKind kind, Eigen::SparseMatrix<double>& hessian) const;
 
 private:
-    /// An element of the model, its vertices' places among the unknown ones (-1: held), and the value index of the top
-    /// left entry of block (row vertex a, column vertex b) at [a + Size b] (-1: not stored).
+    /// An element of the model and its vertices' places among the unknown ones (-1: held). Block (a, b), a >= b, of its
+    /// Hessian is the a (a + 1) / 2 + b th of `place`: the value index of its top left entry (-1: not stored); it is
+    /// stored transposed where vertex a comes before b among the unknown ones.
     template <std::size_t Size>
     struct Part {
         int element = 0;
         std::array<int, Size> unknown{};
-        std::array<int, Size * Size> place{};
+        std::array<int, Size> stride{};  ///< values from one column of the vertex to the next
+        std::array<int, Size*(Size + 1) / 2> place{};
     };
     template <std::size_t Size>
     void find_places(Part<Size>& part) const;
     void make_pattern();
+    template <std::size_t Size>
+    static void scatter(const Part<Size>& part, const LaneBlocks<Size>& blocks, std::size_t lane, double* values);
+    void flesh_hessian(const Points& positions, HessianKind kind, double* values) const;
+    void skin_hessian(const Points& positions, HessianKind kind, double* values) const;
 
     const ElasticModel* model_;
     std::vector<int> vertices_;
     std::vector<Part<6>> flesh_;
     std::vector<Part<4>> skin_;
-    std::vector<std::vector<int>> block_rows_;  ///< per unknown vertex: itself and its later neighbours, sorted
-    std::vector<int> block_begin_;              ///< per unknown vertex: value index of its first column
-    int num_values_ = 0;
+    std::vector<int> block_rows_;   ///< per unknown vertex: itself and its later neighbours, sorted
+    std::vector<int> block_begin_;  ///< per unknown vertex: its first among block_rows_, and the end
 };
 
 }  // namespace ndg

@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: Apache-2.0
+// Four elements side by side: every number of a kernel is a vector register with one element a lane.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <experimental/simd>
+
+namespace ndg {
+
+constexpr std::size_t num_lanes = 4;
+using Lanes =
+    std::experimental::simd<double, std::experimental::simd_abi::deduce_t<double, static_cast<int>(num_lanes)>>;
+
+inline Lanes load_lanes(const double* values)
+{
+    return Lanes(values, std::experimental::element_aligned);
+}
+
+struct Lanes3 {
+    std::array<Lanes, 3> c;
+    Lanes& operator[](std::size_t i) { return c[i]; }
+    const Lanes& operator[](std::size_t i) const { return c[i]; }
+};
+
+inline Lanes3 operator+(const Lanes3& a, const Lanes3& b)
+{
+    return {{a[0] + b[0], a[1] + b[1], a[2] + b[2]}};
+}
+inline Lanes3 operator-(const Lanes3& a, const Lanes3& b)
+{
+    return {{a[0] - b[0], a[1] - b[1], a[2] - b[2]}};
+}
+inline Lanes3 operator*(const Lanes& s, const Lanes3& a)
+{
+    return {{s * a[0], s * a[1], s * a[2]}};
+}
+inline Lanes dot(const Lanes3& a, const Lanes3& b)
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+inline Lanes3 cross(const Lanes3& a, const Lanes3& b)
+{
+    return {{a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]}};
+}
+
+/// Stacked vectors of the four elements; entry k of lane i is values[num_lanes k + i].
+template <std::size_t Size>
+struct LaneVector {
+    alignas(sizeof(Lanes)) std::array<double, Size * num_lanes> values;
+
+    Lanes get(std::size_t k) const { return Lanes(&values[num_lanes * k], std::experimental::vector_aligned); }
+    void set(std::size_t k, const Lanes& value)
+    {
+        value.copy_to(&values[num_lanes * k], std::experimental::vector_aligned);
+    }
+    void set3(std::size_t vertex, const Lanes3& value)
+    {
+        for (std::size_t c = 0; c < 3; ++c) set(3 * vertex + c, value[c]);
+    }
+};
+
+/// Lower triangle of symmetric matrices in 3 x 3 blocks of `Size` vertices: block (a, b), a >= b, is the
+/// a (a + 1) / 2 + b th, each column by column and full.
+template <std::size_t Size>
+struct LaneBlocks : LaneVector<9 * Size*(Size + 1) / 2> {
+    static constexpr std::size_t at(std::size_t a, std::size_t b) { return 9 * (a * (a + 1) / 2 + b); }
+
+    /// Adds left[a] right[b]^T to every block, or sets it.
+    template <bool Set = false>
+    void add_products(const std::array<Lanes3, Size>& left, const std::array<Lanes3, Size>& right)
+    {
+        for (std::size_t a = 0; a < Size; ++a) {
+            for (std::size_t b = 0; b <= a; ++b) {
+                for (std::size_t j = 0; j < 3; ++j) {
+                    for (std::size_t i = 0; i < 3; ++i) {
+                        const std::size_t k = at(a, b) + i + 3 * j;
+                        if (Set) {
+                            this->set(k, left[a][i] * right[b][j]);
+                        } else {
+                            this->set(k, this->get(k) + left[a][i] * right[b][j]);
+                        }
+                    }
+                }
+            }
+        }
+    }
+};
+
+/// Rotates the columns of w, `Size` vectors of length Size, until they are orthogonal (one-sided Jacobi, Hestenes
+/// 1958), and the columns of v, where given, with them: w becomes U S of the singular value decomposition, v is
+/// multiplied by its V. Singular values come out to machine precision of the largest, orthogonality of columns p, q
+/// likewise when their product is compared with |w| (|p| + |q|).
+template <std::size_t Size>
+void orthogonalise(std::array<std::array<Lanes, Size>, Size>& w, std::array<Lanes3, Size>* v = nullptr)
+{
+    constexpr int max_sweeps = 30;
+    // Convergence is quadratic: a sweep that found no larger cosine leaves none above its square.
+    constexpr double last_sweep = 1e-10;
+    Lanes scale = 0.0;
+    for (const auto& column : w) {
+        for (const Lanes& entry : column) scale += entry * entry;
+    }
+    bool done = false;
+    for (int sweep = 0; sweep < max_sweeps && !done; ++sweep) {
+        done = true;
+        for (std::size_t p = 0; p + 1 < Size; ++p) {
+            for (std::size_t q = p + 1; q < Size; ++q) {
+                Lanes pp = 0.0, qq = 0.0, pq = 0.0;
+                for (std::size_t i = 0; i < Size; ++i) {
+                    pp += w[p][i] * w[p][i];
+                    qq += w[q][i] * w[q][i];
+                    pq += w[p][i] * w[q][i];
+                }
+                done = done && none_of(pq * pq > last_sweep * last_sweep * scale * (pp + qq));
+                const Lanes x = qq - pp, y = 2.0 * pq;
+                Lanes divisor = x + copysign(sqrt(x * x + y * y), x);
+                where(divisor == 0.0, divisor) = 1.0;
+                const Lanes tangent = y / divisor;
+                const Lanes cosine = 1.0 / sqrt(1.0 + tangent * tangent), sine = cosine * tangent;
+                const auto rotate = [&](Lanes& first, Lanes& second) {
+                    const Lanes turned = cosine * first - sine * second;
+                    second = sine * first + cosine * second;
+                    first = turned;
+                };
+                for (std::size_t i = 0; i < Size; ++i) rotate(w[p][i], w[q][i]);
+                if (v == nullptr) continue;
+                for (std::size_t i = 0; i < 3; ++i) rotate((*v)[p][i], (*v)[q][i]);
+            }
+        }
+    }
+}
+
+}  // namespace ndg
