@@ -89,43 +89,61 @@ struct LaneBlocks : LaneVector<9 * Size*(Size + 1) / 2> {
 
 /// Rotates the columns of w, `Size` vectors of length Size, until they are orthogonal (one-sided Jacobi, Hestenes
 /// 1958), and the columns of v, where given, with them: w becomes U S of the singular value decomposition, v is
-/// multiplied by its V. Singular values come out to machine precision of the largest, orthogonality of columns p, q
-/// likewise when their product is compared with |w| (|p| + |q|).
+/// multiplied by its V. What is left of w^T w beside its diagonal is some 1e-10 |w| (|p| + |q|) at most for columns p
+/// and q.
 template <std::size_t Size>
-void orthogonalise(std::array<std::array<Lanes, Size>, Size>& w, std::array<Lanes3, Size>* v = nullptr)
+void orthogonalise(std::array<std::array<Lanes, Size>, Size>& w, std::array<Lanes3, 3>* v = nullptr)
 {
     constexpr int max_sweeps = 30;
-    // Convergence is quadratic: a sweep that found no larger cosine leaves none above its square.
-    constexpr double last_sweep = 1e-10;
-    Lanes scale = 0.0;
-    for (const auto& column : w) {
-        for (const Lanes& entry : column) scale += entry * entry;
-    }
+    constexpr double last_sweep = 1e-10, skipped = 1e-12;
+    // Every sweep goes through all pairs as rounds of a tournament: the pairs of a round share no column, so that their
+    // angles do not wait for each other.
+    constexpr std::size_t rounds = Size % 2 == 0 ? Size - 1 : Size, pairs = Size / 2;
+    std::array<Lanes, Size> squared;
     bool done = false;
     for (int sweep = 0; sweep < max_sweeps && !done; ++sweep) {
         done = true;
-        for (std::size_t p = 0; p + 1 < Size; ++p) {
-            for (std::size_t q = p + 1; q < Size; ++q) {
-                Lanes pp = 0.0, qq = 0.0, pq = 0.0;
-                for (std::size_t i = 0; i < Size; ++i) {
-                    pp += w[p][i] * w[p][i];
-                    qq += w[q][i] * w[q][i];
-                    pq += w[p][i] * w[q][i];
-                }
-                done = done && none_of(pq * pq > last_sweep * last_sweep * scale * (pp + qq));
-                const Lanes x = qq - pp, y = 2.0 * pq;
+        Lanes scale = 0.0;
+        for (std::size_t p = 0; p < Size; ++p) {
+            squared[p] = w[p][0] * w[p][0];
+            for (std::size_t i = 1; i < Size; ++i) squared[p] += w[p][i] * w[p][i];
+            scale += squared[p];
+        }
+        for (std::size_t round = 0; round < rounds; ++round) {
+            std::array<std::size_t, pairs> first, second;
+            std::array<Lanes, pairs> cosine, sine;
+            bool turned = false;
+            for (std::size_t k = 0; k < pairs; ++k) {
+                const std::size_t offset = Size % 2 == 0 ? k : k + 1;
+                first[k] = (round + offset) % rounds;
+                second[k] = offset == 0 ? Size - 1 : (round + rounds - offset) % rounds;
+                const auto& p = w[first[k]];
+                const auto& q = w[second[k]];
+                Lanes& pp = squared[first[k]];
+                Lanes& qq = squared[second[k]];
+                Lanes product = p[0] * q[0];
+                for (std::size_t i = 1; i < Size; ++i) product += p[i] * q[i];
+                const Lanes share = product * product, bound = scale * (pp + qq);
+                turned = turned || any_of(share > skipped * skipped * bound);
+                done = done && none_of(share > last_sweep * last_sweep * bound);
+                const Lanes x = qq - pp, y = 2.0 * product;
                 Lanes divisor = x + copysign(sqrt(x * x + y * y), x);
                 where(divisor == 0.0, divisor) = 1.0;
                 const Lanes tangent = y / divisor;
-                const Lanes cosine = 1.0 / sqrt(1.0 + tangent * tangent), sine = cosine * tangent;
-                const auto rotate = [&](Lanes& first, Lanes& second) {
-                    const Lanes turned = cosine * first - sine * second;
-                    second = sine * first + cosine * second;
-                    first = turned;
+                cosine[k] = 1.0 / sqrt(1.0 + tangent * tangent);
+                sine[k] = cosine[k] * tangent;
+                pp -= tangent * product;
+                qq += tangent * product;
+            }
+            if (!turned) continue;
+            for (std::size_t k = 0; k < pairs; ++k) {
+                const auto turn = [&](Lanes& p, Lanes& q) {
+                    const Lanes other = cosine[k] * p - sine[k] * q;
+                    q = sine[k] * p + cosine[k] * q;
+                    p = other;
                 };
-                for (std::size_t i = 0; i < Size; ++i) rotate(w[p][i], w[q][i]);
-                if (v == nullptr) continue;
-                for (std::size_t i = 0; i < 3; ++i) rotate((*v)[p][i], (*v)[q][i]);
+                for (std::size_t i = 0; i < Size; ++i) turn(w[first[k]][i], w[second[k]][i]);
+                for (std::size_t i = 0; v != nullptr && i < 3; ++i) turn((*v)[first[k]][i], (*v)[second[k]][i]);
             }
         }
     }
