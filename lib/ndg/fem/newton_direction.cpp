@@ -3,14 +3,16 @@
 
 #include "ndg/core/stopwatch.h"
 
+#include <algorithm>
 #include <array>
 
 namespace ndg {
 
 namespace {
 
-/// Tried in this order near equilibrium.
+/// Tried in this order near equilibrium; the exact one below a residual where it mostly is definite.
 constexpr std::array<HessianKind, 3> kinds{HessianKind::exact, HessianKind::nearly_exact, HessianKind::projected};
+constexpr double exact_below_relative = 5e-3;
 /// Above this residual only positive semi-definite elements are used.
 constexpr double far_above_relative = 0.1;
 constexpr int max_projected_attempts = 8;
@@ -20,7 +22,9 @@ constexpr double retry_share = 0.3;
 /// Below this residual an earlier factor may serve as preconditioner.
 constexpr double precondition_below_relative = 0.05;
 constexpr int max_cg_iterations = 8;
-constexpr double cg_tolerance = 0.03;
+constexpr double cg_tolerance = 0.2;
+/// Negative curvature found sooner leaves a poor direction.
+constexpr int least_cg_iterations = 3;
 constexpr double least_step = 0.5;  ///< after a shorter one the factor is made anew
 
 }  // namespace
@@ -49,13 +53,17 @@ bool NewtonDirection::find(const Points& positions, const Eigen::VectorXd& gradi
                            Eigen::VectorXd& direction)
 {
     truncated_ = false;
-    if (factored_ && reuse_ && residual_relative < precondition_below_relative &&
-        precondition(positions, gradient, direction)) {
-        stiffened_ = false;
-        return true;
+    std::size_t softest = residual_relative < exact_below_relative ? 0 : 1;
+    if (factored_ && reuse_ && residual_relative < precondition_below_relative) {
+        if (precondition(positions, gradient, direction)) {
+            stiffened_ = false;
+            return true;
+        }
+        softest = 1;
     }
     const std::size_t level_before = level_;
-    if (level_ > 0 && residual_relative < retry_share * indefinite_at_) --level_;
+    if (level_ > softest && residual_relative < retry_share * indefinite_at_) --level_;
+    level_ = std::max(level_, softest);
     if (!factorize_definite(positions, residual_relative >= far_above_relative)) return false;
     if (level_ > level_before || level_ == kinds.size() - 1) indefinite_at_ = residual_relative;
     const Stopwatch stopwatch(seconds_.substitution);
@@ -113,7 +121,10 @@ bool NewtonDirection::precondition(const Points& positions, const Eigen::VectorX
     for (int k = 0; k < max_cg_iterations; ++k) {
         product_.noalias() = hessian_.selfadjointView<Eigen::Lower>() * search_;
         const double curvature = search_.dot(product_);
-        if (!(curvature > 0)) return false;
+        if (!(curvature > 0)) {
+            truncated_ = k >= least_cg_iterations;
+            return truncated_;
+        }
         ++cg_iterations_;
         const double alpha = rho / curvature;
         direction += alpha * search_;

@@ -18,10 +18,10 @@ struct NewtonTimes {
 
 /// Directions for one system, from one body and pose to the next; matrix and factor are kept. One object per thread.
 ///
-/// Far from equilibrium every element's Hessian is projected (Teran et al. 2005). Nearer by the exact Hessian is tried,
-/// and where it is not definite, one with only the worst elements projected. Near the minimum the last factor serves as
-/// preconditioner of a few conjugate gradient iterations on the exact Hessian; a truncated solution is a direction of
-/// descent too (Dembo and Steihaug 1983).
+/// Far from equilibrium every element's Hessian is projected (Teran et al. 2005). Nearer by only the worst elements
+/// are, and near the minimum none, where that is definite. There the last factor also serves as preconditioner of a few
+/// conjugate gradient iterations on the exact Hessian; a solution truncated after some of them, or where they meet
+/// negative curvature, is a direction of descent too (Dembo and Steihaug 1983).
 class NewtonDirection {
 public:
     /// Keeps a reference to `system`.

@@ -2,6 +2,7 @@
 #include "ndg/solver/single_cholesky.h"
 
 #include "ndg/core/error.h"
+#include "ndg/solver/dense_panels.h"
 
 #include <suitesparse/cholmod.h>
 
@@ -9,26 +10,8 @@
 #include <cmath>
 #include <memory>
 
-extern "C" {
-void ssyrk_(const char* uplo, const char* trans, const int* n, const int* k, const float* alpha, const float* a,
-            const int* lda, const float* beta, float* c, const int* ldc);
-void sgemm_(const char* transa, const char* transb, const int* m, const int* n, const int* k, const float* alpha,
-            const float* a, const int* lda, const float* b, const int* ldb, const float* beta, float* c,
-            const int* ldc);
-void strsm_(const char* side, const char* uplo, const char* transa, const char* diag, const int* m, const int* n,
-            const float* alpha, const float* a, const int* lda, float* b, const int* ldb);
-void spotrf_(const char* uplo, const int* n, float* a, const int* lda, int* info);
-void strsv_(const char* uplo, const char* trans, const char* diag, const int* n, const float* a, const int* lda,
-            float* x, const int* incx);
-void sgemv_(const char* trans, const int* m, const int* n, const float* alpha, const float* a, const int* lda,
-            const float* x, const int* incx, const float* beta, float* y, const int* incy);
-}
-
 namespace ndg {
 namespace {
-
-constexpr float one = 1, zero = 0, minus_one = -1;
-constexpr int unit = 1;
 
 void ignore_message(int, const char*, int, const char*) {}
 
@@ -135,11 +118,12 @@ void SingleCholesky::analyze(const Eigen::SparseMatrix<double>& matrix)
         place_[k] =
             value_begin_[at(s)] + at(column - first_column_[at(s)]) * at(static_cast<int>(end - begin)) + local_row;
     }
-    values_.resize(value_begin_.back());
+    values_.resize(value_begin_.back() + dense_panel_padding);
     head_.resize(at(num_supernodes));
     next_.resize(at(num_supernodes));
     position_.resize(at(num_supernodes));
     local_row_.resize(at(num_unknowns_));
+    target_row_.resize(at(num_unknowns_));
 }
 
 bool SingleCholesky::factorize(const Eigen::SparseMatrix<double>& matrix)
@@ -182,18 +166,14 @@ bool SingleCholesky::factorize(const Eigen::SparseMatrix<double>& matrix)
             int end = begin;
             while (end < d_rows && d_idx[end] < first_column_[at(s) + 1]) ++end;
             const int width = end - begin, height = d_rows - begin, below = d_rows - end;
-            const float* source = values_.data() + value_begin_[at(d)] + begin;
-            product_.resize(std::max(product_.size(), at(width) * at(height)));
-            ssyrk_("L", "N", &width, &d_columns, &one, source, &d_rows, &zero, product_.data(), &height);
-            if (below > 0) {
-                sgemm_("N", "T", &below, &width, &d_columns, &one, source + width, &d_rows, source, &d_rows, &zero,
-                       product_.data() + width, &height);
-            }
-            for (int j = 0; j < width; ++j) {
-                float* target = block + at(d_idx[begin + j] - first_column_[at(s)]) * at(rows);
-                const float* column = product_.data() + at(j) * at(height);
-                for (int i = j; i < height; ++i) target[local_row_[at(d_idx[begin + i])]] -= column[i];
-            }
+            for (int i = 0; i < height; ++i) target_row_[at(i)] = local_row_[at(d_idx[begin + i])];
+            DenseUpdate update;
+            update.a = update.b = values_.data() + value_begin_[at(d)] + begin;
+            update.stride = at(d_rows);
+            update.depth = d_columns;
+            update.height = height;
+            update.width = width;
+            subtract_scattered(update, block, at(rows), target_row_.data());
             if (below > 0) {
                 const int target = supernode_of_[at(d_idx[end])];
                 position_[at(d)] = end;
@@ -203,12 +183,8 @@ bool SingleCholesky::factorize(const Eigen::SparseMatrix<double>& matrix)
             d = following;
         }
 
-        int info = 0;
-        spotrf_("L", &columns, block, &rows, &info);
-        if (info != 0) return false;
-        const int below = rows - columns;
-        if (below > 0) {
-            strsm_("R", "L", "T", "N", &below, &columns, &one, block, &rows, block + columns, &rows);
+        if (!factorize_panel(block, columns, rows)) return false;
+        if (columns < rows) {
             const int target = supernode_of_[at(row_idx[columns])];
             position_[at(s)] = columns;
             next_[at(s)] = head_[at(target)];
@@ -235,21 +211,18 @@ void SingleCholesky::solve(const Eigen::VectorXd& right_hand_side, Eigen::Vector
         const int rows = row_begin_[at(s) + 1] - row_begin_[at(s)], below = rows - columns;
         const int* row_idx = rows_.data() + row_begin_[at(s)] + columns;
         const float* block = values_.data() + value_begin_[at(s)];
-        float* own = work_.data() + first;
-        block_work_.resize(std::max(block_work_.size(), at(below)));
+        block_work_.resize(std::max(block_work_.size(), at(rows)));
+        float* x = block_work_.data();
+        std::copy_n(work_.data() + first, columns, x);
         if (forward) {
-            strsv_("L", "N", "N", &columns, block, &rows, own, &unit);
-            if (below == 0) return;
-            sgemv_("N", &below, &columns, &one, block + columns, &rows, own, &unit, &zero, block_work_.data(), &unit);
-            for (int i = 0; i < below; ++i) work_[at(row_idx[i])] -= block_work_[at(i)];
+            std::fill_n(x + columns, below, 0.0F);
+            substitute_forward(block, columns, rows, x);
+            for (int i = 0; i < below; ++i) work_[at(row_idx[i])] += x[columns + i];
         } else {
-            if (below > 0) {
-                for (int i = 0; i < below; ++i) block_work_[at(i)] = work_[at(row_idx[i])];
-                sgemv_("T", &below, &columns, &minus_one, block + columns, &rows, block_work_.data(), &unit, &one, own,
-                       &unit);
-            }
-            strsv_("L", "T", "N", &columns, block, &rows, own, &unit);
+            for (int i = 0; i < below; ++i) x[columns + i] = work_[at(row_idx[i])];
+            substitute_backward(block, columns, rows, x);
         }
+        std::copy_n(x, columns, work_.data() + first);
     };
     for (int s = 0; s < num_supernodes; ++s) visit(s, true);
     for (int s = num_supernodes - 1; s >= 0; --s) visit(s, false);

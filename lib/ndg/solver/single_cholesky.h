@@ -24,7 +24,7 @@ public:
     /// Approximate solution, to about single precision times the condition number.
     void solve(const Eigen::VectorXd& right_hand_side, Eigen::VectorXd& solution);
     /// Non-zeros of the factor, with those stored in its dense blocks.
-    std::size_t factor_nonzeros() const { return values_.size(); }
+    std::size_t factor_nonzeros() const { return value_begin_.back(); }
 
 private:
     int num_unknowns_ = 0;
@@ -40,10 +40,10 @@ private:
     std::vector<int> diagonal_;  ///< entry of each unknown's diagonal
 
     bool factored_ = false;
-    std::vector<float> values_, product_, work_, block_work_;
+    std::vector<float> values_, work_, block_work_;
     Eigen::VectorXd scale_;
     // Of the factorisation: supernodes waiting to update supernode s form a list; how far each has got; local rows.
-    std::vector<int> head_, next_, position_, local_row_;
+    std::vector<int> head_, next_, position_, local_row_, target_row_;
 };
 
 }  // namespace ndg
