@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Sparse Cholesky factorisation in single precision, a preconditioner for systems solved in double: half the memory
 // traffic and half the time of a double one. CHOLMOD orders and analyses; its release in Debian 12 factors in double
-// only, so the numeric part is here (supernodal, left-looking; Ng and Peyton 1993; Chen et al. 2008), on BLAS.
+// only, so the numeric part is here (supernodal, left-looking; Ng and Peyton 1993; Chen et al. 2008).
 #pragma once
 
 #include <Eigen/Core>
@@ -31,7 +31,7 @@ private:
     std::vector<int> first_column_;              ///< of every supernode, and n
     std::vector<int> supernode_of_;              ///< column -> supernode
     std::vector<int> row_begin_, rows_;          ///< row indices of every supernode
-    std::vector<std::size_t> value_begin_;       ///< its dense block, column by column
+    std::vector<std::size_t> value_begin_{0};    ///< its dense block, column by column
     std::vector<int> permutation_;               ///< position in the factor -> unknown
     std::vector<int> entry_;                     ///< entries of the matrix that are read
     std::vector<std::size_t> place_;             ///< where each goes
