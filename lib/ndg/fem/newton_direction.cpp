@@ -17,7 +17,7 @@ constexpr double exact_below_relative = 5e-3;
 constexpr double far_above_relative = 0.1;
 constexpr int max_projected_attempts = 8;
 /// A softer matrix is tried again once the residual has fallen to this share of where it was indefinite.
-constexpr double retry_share = 0.3;
+constexpr double retry_share = 0.6;
 
 /// Below this residual an earlier factor may serve as preconditioner.
 constexpr double precondition_below_relative = 0.05;
