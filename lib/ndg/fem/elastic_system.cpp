@@ -319,15 +319,7 @@ void ElasticSystem::flesh_hessian(const Points& positions, HessianKind kind, dou
         for (std::size_t i = 0; i < batch.count; ++i) {
             const GuardedPrism guarded(positions, *batch.elements[i]);
             if (!guarded.active()) continue;
-            const Eigen::Matrix<double, 18, 18> full = guarded.hessian(kind == HessianKind::exact);
-            for (std::size_t a = 0; a < 6; ++a) {
-                for (std::size_t b = 0; b <= a; ++b) {
-                    for (std::size_t k = 0; k < 9; ++k) {
-                        blocks.values[num_lanes * (PrismBlocks::at(a, b) + k)] =
-                            full(static_cast<int>(3 * a + k % 3), static_cast<int>(3 * b + k / 3));
-                    }
-                }
-            }
+            blocks.set_lane(0, guarded.hessian(kind == HessianKind::exact));
             scatter(*batch.parts[i], blocks, 0, values);
         }
     });

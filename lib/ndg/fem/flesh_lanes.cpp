@@ -11,14 +11,6 @@ namespace {
 
 using Elements = std::array<const FleshElement*, num_lanes>;
 
-template <class Value>
-Lanes gather(const Elements& elements, const Value& value)
-{
-    const std::array<double, num_lanes> values{value(*elements[0]), value(*elements[1]), value(*elements[2]),
-                                               value(*elements[3])};
-    return load_lanes(values.data());
-}
-
 /// Second singular values below this share of the first leave the singular vectors to the general solver.
 constexpr double line_share = 1e-5;
 
@@ -28,16 +20,16 @@ FleshLanes::FleshLanes(const Points& positions, const Elements& elements) : elem
 {
     for (std::size_t a = 0; a < 6; ++a) {
         for (std::size_t c = 0; c < 3; ++c) {
-            x_[a][c] = gather(elements, [&](const FleshElement& e) {
+            x_[a][c] = gather_lanes(elements, [&](const FleshElement& e) {
                 return positions.data()[3 * e.vertices[a] + static_cast<int>(c)];
             });
-            g_[a][c] = gather(elements, [&](const FleshElement& e) { return e.gradient.data()[3 * a + c]; });
+            g_[a][c] = gather_lanes(elements, [&](const FleshElement& e) { return e.gradient.data()[3 * a + c]; });
         }
     }
-    weight_ = gather(elements, [](const FleshElement& e) { return e.weight; });
-    mu_ = gather(elements, [](const FleshElement& e) { return e.lame.mu; });
-    lambda_ = gather(elements, [](const FleshElement& e) { return e.lame.lambda; });
-    rest_volume_ = gather(elements, [](const FleshElement& e) { return e.rest_volume; });
+    weight_ = gather_lanes(elements, [](const FleshElement& e) { return e.weight; });
+    mu_ = gather_lanes(elements, [](const FleshElement& e) { return e.lame.mu; });
+    lambda_ = gather_lanes(elements, [](const FleshElement& e) { return e.lame.lambda; });
+    rest_volume_ = gather_lanes(elements, [](const FleshElement& e) { return e.rest_volume; });
     // The columns of G sum to zero; differences keep the digits that a body's distance from the origin costs.
     const std::array<Lanes3, 5> arms{x_[0] - x_[5], x_[1] - x_[5], x_[2] - x_[5], x_[3] - x_[5], x_[4] - x_[5]};
     for (std::size_t j = 0; j < 3; ++j) {
@@ -241,14 +233,7 @@ void FleshLanes::replace_lane(PrismBlocks& blocks, std::size_t lane) const
                                     element.gradient(2, a) * modes.bottomRows<3>();
     }
     const Eigen::Matrix<double, 18, 18> full = rows.lazyProduct(rows.transpose());
-    for (std::size_t a = 0; a < 6; ++a) {
-        for (std::size_t b = 0; b <= a; ++b) {
-            for (std::size_t k = 0; k < 9; ++k) {
-                blocks.values[num_lanes * (PrismBlocks::at(a, b) + k) + lane] =
-                    full(static_cast<int>(3 * a + k % 3), static_cast<int>(3 * b + k / 3));
-            }
-        }
-    }
+    blocks.set_lane(lane, full);
 }
 
 }  // namespace ndg

@@ -17,6 +17,15 @@ inline Lanes load_lanes(const double* values)
     return Lanes(values, std::experimental::element_aligned);
 }
 
+/// value(element) of every lane's element.
+template <class Element, class Value>
+Lanes gather_lanes(const std::array<const Element*, num_lanes>& elements, const Value& value)
+{
+    const std::array<double, num_lanes> values{value(*elements[0]), value(*elements[1]), value(*elements[2]),
+                                               value(*elements[3])};
+    return load_lanes(values.data());
+}
+
 struct Lanes3 {
     std::array<Lanes, 3> c;
     Lanes& operator[](std::size_t i) { return c[i]; }
@@ -65,6 +74,20 @@ struct LaneVector {
 template <std::size_t Size>
 struct LaneBlocks : LaneVector<9 * Size*(Size + 1) / 2> {
     static constexpr std::size_t at(std::size_t a, std::size_t b) { return 9 * (a * (a + 1) / 2 + b); }
+
+    /// One lane from a symmetric matrix of 3 Size rows, anything with (row, column).
+    template <class Matrix>
+    void set_lane(std::size_t lane, const Matrix& matrix)
+    {
+        for (std::size_t a = 0; a < Size; ++a) {
+            for (std::size_t b = 0; b <= a; ++b) {
+                for (std::size_t k = 0; k < 9; ++k) {
+                    this->values[num_lanes * (at(a, b) + k) + lane] =
+                        matrix(static_cast<int>(3 * a + k % 3), static_cast<int>(3 * b + k / 3));
+                }
+            }
+        }
+    }
 
     /// Adds left[a] right[b]^T to every block, or sets it.
     template <bool Set = false>

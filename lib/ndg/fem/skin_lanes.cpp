@@ -13,14 +13,6 @@ constexpr std::array<std::array<std::size_t, 3>, 2> corners{{{0, 1, 2}, {0, 1, 3
 /// Weights of the edge vector x1 - x0 on a triangle's vertices.
 constexpr std::array<double, 3> along{-1, 1, 0};
 
-template <class Value>
-Lanes gather(const Elements& elements, const Value& value)
-{
-    const std::array<double, num_lanes> values{value(*elements[0]), value(*elements[1]), value(*elements[2]),
-                                               value(*elements[3])};
-    return load_lanes(values.data());
-}
-
 }  // namespace
 
 SkinLanes::SkinLanes(const Points& positions, const Elements& elements, double stretch_stiffness)
@@ -28,7 +20,7 @@ SkinLanes::SkinLanes(const Points& positions, const Elements& elements, double s
 {
     for (std::size_t a = 0; a < 4; ++a) {
         for (std::size_t c = 0; c < 3; ++c) {
-            x_[a][c] = gather(elements, [&](const SkinElement& e) {
+            x_[a][c] = gather_lanes(elements, [&](const SkinElement& e) {
                 return positions.data()[3 * e.vertices[a] + static_cast<int>(c)];
             });
         }
@@ -36,10 +28,10 @@ SkinLanes::SkinLanes(const Points& positions, const Elements& elements, double s
     edge_ = x_[1] - x_[0];
     length_ = sqrt(dot(edge_, edge_));
     direction_ = (1.0 / length_) * edge_;
-    rest_length_ = gather(elements, [](const SkinElement& e) { return e.rest_length; });
-    bend_weight_ = gather(elements, [](const SkinElement& e) { return e.bend.weight; });
-    const Lanes left_area = gather(elements, [](const SkinElement& e) { return e.bend.left_area; });
-    const Lanes right_area = gather(elements, [](const SkinElement& e) { return e.bend.right_area; });
+    rest_length_ = gather_lanes(elements, [](const SkinElement& e) { return e.rest_length; });
+    bend_weight_ = gather_lanes(elements, [](const SkinElement& e) { return e.bend.weight; });
+    const Lanes left_area = gather_lanes(elements, [](const SkinElement& e) { return e.bend.left_area; });
+    const Lanes right_area = gather_lanes(elements, [](const SkinElement& e) { return e.bend.right_area; });
     left_ = make_wing(x_[2] - x_[0], 1, left_area);
     right_ = make_wing(x_[3] - x_[0], -1, right_area);
     // As dihedral_angle().
@@ -185,15 +177,7 @@ void SkinLanes::replace_fading(HingeBlocks& blocks, const Replace& replace) cons
 {
     for (std::size_t i = 0; any_fading_ && i < num_lanes; ++i) {
         if (!fading_[i]) continue;
-        const Matrix12 full = replace(hinge(i), elements_[i]->bend);
-        for (std::size_t a = 0; a < 4; ++a) {
-            for (std::size_t b = 0; b <= a; ++b) {
-                for (std::size_t k = 0; k < 9; ++k) {
-                    blocks.values[num_lanes * (HingeBlocks::at(a, b) + k) + i] =
-                        full(static_cast<int>(3 * a + k % 3), static_cast<int>(3 * b + k / 3));
-                }
-            }
-        }
+        blocks.set_lane(i, replace(hinge(i), elements_[i]->bend));
     }
 }
 
