@@ -85,7 +85,7 @@ TEST_CASE("Products are subtracted on and below the target's diagonal, side by s
                 const Eigen::MatrixXf a = Eigen::MatrixXf::Random(height + 2, depth);
                 const std::vector<float> source = padded(a);
                 DenseUpdate update;
-                update.a = update.b = source.data() + 2;
+                update.a = source.data() + 2;
                 update.stride = static_cast<std::size_t>(height + 2);
                 update.depth = depth;
                 update.height = height;

@@ -73,6 +73,20 @@ void for_batches(const Parts& parts, const std::vector<Element>& elements, const
     }
 }
 
+/// scatter_lane(lane) for the elements of a batch that may stay as they are; the others are put by.
+template <class Part, class Element, class ScatterLane>
+void sort_out_unstable(const Batch<Part, Element>& batch, const Lanes& stability, std::vector<const Part*>& unstable,
+                       const ScatterLane& scatter_lane)
+{
+    for (std::size_t i = 0; i < batch.count; ++i) {
+        if (stability[i] < -nearly_exact_tolerance) {
+            unstable.push_back(batch.parts[i]);
+        } else {
+            scatter_lane(i);
+        }
+    }
+}
+
 /// Adds forces to gradient and their absolute values to absolute.
 class ForceSum {
 public:
@@ -299,13 +313,8 @@ void ElasticSystem::flesh_hessian(const Points& positions, HessianKind kind, dou
         const FleshLanes flesh(positions, batch.elements);
         flesh.hessian(blocks);
         const Lanes stability = kind == HessianKind::exact ? Lanes(1.0) : flesh.stability();
-        for (std::size_t i = 0; i < batch.count; ++i) {
-            if (stability[i] < -nearly_exact_tolerance) {
-                unstable.push_back(batch.parts[i]);
-            } else {
-                scatter(*batch.parts[i], blocks, i, values);
-            }
-        }
+        const auto scatter_lane = [&](std::size_t i) { scatter(*batch.parts[i], blocks, i, values); };
+        sort_out_unstable(batch, stability, unstable, scatter_lane);
     };
     if (kind == HessianKind::exact || kind == HessianKind::nearly_exact) {
         for_batches(flesh_, model_->flesh(), add);
@@ -347,13 +356,8 @@ void ElasticSystem::skin_hessian(const Points& positions, HessianKind kind, doub
         const SkinLanes skin = lanes(batch);
         skin.hessian(blocks);
         const Lanes stability = kind == HessianKind::exact ? Lanes(1.0) : skin.stability();
-        for (std::size_t i = 0; i < batch.count; ++i) {
-            if (stability[i] < -nearly_exact_tolerance) {
-                unstable.push_back(batch.parts[i]);
-            } else {
-                scatter(*batch.parts[i], blocks, i, values);
-            }
-        }
+        const auto scatter_lane = [&](std::size_t i) { scatter(*batch.parts[i], blocks, i, values); };
+        sort_out_unstable(batch, stability, unstable, scatter_lane);
     };
     if (kind == HessianKind::gauss_newton) {
         for_batches(skin_, model_->skin(), add_gauss_newton);

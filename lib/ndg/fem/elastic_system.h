@@ -3,7 +3,6 @@
 #pragma once
 
 #include "ndg/fem/elastic_model.h"
-#include "ndg/fem/lanes.h"
 
 #include <Eigen/SparseCore>
 
@@ -11,6 +10,9 @@
 #include <vector>
 
 namespace ndg {
+
+template <std::size_t Size>
+struct LaneBlocks;
 
 /// How an element's Hessian enters the sum.
 enum class HessianKind {

@@ -13,6 +13,8 @@ namespace {
 constexpr double armijo_share = 1e-4;
 constexpr int max_halvings = 40;
 constexpr double max_expansion = 64;
+/// Share of the energy that its sum over all elements may be wrong by.
+constexpr double energy_rounding = 1e-14;
 
 }  // namespace
 
@@ -62,6 +64,17 @@ double NewtonSolver::search(Points& positions, double energy)
         energy_ = system_.energy(positions);
         return std::isfinite(energy_) && energy_ < bound && energy_ <= energy + armijo_share * step * slope;
     };
+    // Where the step lowers the energy by less than its rounding, the slope at its end tells what the energy cannot
+    // (Hager and Zhang 2005); for a quadratic function both say the same.
+    const double rounding = energy_rounding * std::abs(energy);
+    if (-slope < rounding) {
+        try_step(1, energy);
+        system_.gradient(positions, trial_gradient_, absolute_);
+        if (std::isfinite(energy_) && energy_ <= energy + rounding &&
+            trial_gradient_.dot(move_) <= (2 * armijo_share - 1) * slope && trial_gradient_.norm() < gradient_.norm()) {
+            return 1;
+        }
+    }
     double step = 1;
     int halving = 0;
     for (; halving <= max_halvings && !try_step(step, energy); ++halving) step *= 0.5;

@@ -59,7 +59,8 @@ public:
     explicit NewtonSolver(const ElasticSystem& system) : system_(system), direction_(system) {}
 
     /// Moves the unknown vertices of `positions` (N_v x 3) to equilibrium; the others stay. The energy falls with every
-    /// iteration: no step is taken that does not lower it enough (Armijo) or that leads to a non-finite energy.
+    /// iteration: no step is taken that does not lower it enough (Armijo) or that leads to a non-finite energy. Steps
+    /// too small for the energy's rounding to tell must lower the slope and the gradient.
     NewtonResult minimise(Points& positions, const NewtonOptions& options, const Relaxation& relax = {});
 
 private:
@@ -71,7 +72,7 @@ private:
 
     const ElasticSystem& system_;
     NewtonDirection direction_;
-    Eigen::VectorXd gradient_, absolute_, move_;
+    Eigen::VectorXd gradient_, absolute_, move_, trial_gradient_;
     Points start_;  ///< of the unknown vertices
     double energy_ = 0;
 };

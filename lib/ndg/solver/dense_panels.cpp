@@ -11,8 +11,10 @@ namespace ndg {
 
 namespace {
 
-using Packet = std::experimental::native_simd<float>;
-constexpr int packet_size = static_cast<int>(Packet::size());
+/// As wide on every machine, so that sums are the same on every machine.
+constexpr int packet_size = 8;
+using Packet = std::experimental::simd<float, std::experimental::simd_abi::deduce_t<float, packet_size>>;
+static_assert(2 * packet_size <= static_cast<int>(dense_panel_padding));
 /// Columns of a tile; unknowns come in threes.
 constexpr int wide = 6, narrow = 3;
 
@@ -33,7 +35,7 @@ void multiply_tile(const DenseUpdate& update, int row, int column, float* produc
     std::array<Packet, at(Packets * Width)> sums;
     for (Packet& sum : sums) sum = 0.0F;
     const float* a = update.a + row;
-    const float* b = update.b + column;
+    const float* b = update.a + column;
     for (int k = 0; k < update.depth; ++k, a += update.stride, b += update.stride) {
         std::array<Packet, at(Packets)> left;
         for (int p = 0; p < Packets; ++p) left[at(p)] = load(a + p * packet_size);
@@ -173,7 +175,7 @@ bool factorize_panel(float* block, int columns, int rows)
         float* diagonal = block + at(begin) * stride + at(begin);
         if (begin > 0) {
             DenseUpdate update;
-            update.a = update.b = block + begin;
+            update.a = block + begin;
             update.stride = stride;
             update.depth = begin;
             update.height = rows - begin;

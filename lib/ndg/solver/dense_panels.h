@@ -11,12 +11,11 @@ namespace ndg {
 /// Kernels read up to so many values past the last row of a column: what holds the blocks must be so much longer.
 constexpr std::size_t dense_panel_padding = 16;
 
-/// target(r, c) -= sum_k a(r, k) b(c, k) for r < height, c < width, at least where row r is not above row c of the
-/// target; a(r, k) = a[r + stride k], and b likewise. Row r, column c of the target is
+/// target(r, c) -= sum_k a(r, k) a(c, k) for r < height, c < width, at least where row r is not above row c of the
+/// target; a(r, k) = a[r + stride k], k < depth. Row r, column c of the target is
 /// target[target_row[r] + target_stride * target_row[c]].
 struct DenseUpdate {
     const float* a = nullptr;
-    const float* b = nullptr;
     std::size_t stride = 0;
     int depth = 0, height = 0, width = 0;
 };

@@ -168,7 +168,7 @@ bool SingleCholesky::factorize(const Eigen::SparseMatrix<double>& matrix)
             const int width = end - begin, height = d_rows - begin, below = d_rows - end;
             for (int i = 0; i < height; ++i) target_row_[at(i)] = local_row_[at(d_idx[begin + i])];
             DenseUpdate update;
-            update.a = update.b = values_.data() + value_begin_[at(d)] + begin;
+            update.a = values_.data() + value_begin_[at(d)] + begin;
             update.stride = at(d_rows);
             update.depth = d_columns;
             update.height = height;
