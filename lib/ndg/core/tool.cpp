@@ -4,6 +4,7 @@
 #include "ndg/core/error.h"
 #include "ndg/core/hash.h"
 #include "ndg/core/log.h"
+#include "ndg/core/processor.h"
 #include "ndg/core/threads.h"
 #include "ndg/core/tool_config.h"
 #include "ndg/core/tool_parameter.h"
@@ -216,7 +217,7 @@ void Tool::State::resolve()
         throw EarlyExit{};
     }
     if (version) {
-        fmt::print("{} {} ({})\n", name, project_version(), project_commit());
+        fmt::print("{} {} ({}, for {})\n", name, project_version(), project_commit(), processor_name());
         throw EarlyExit{};
     }
     if (!config_path.empty()) apply_config(config_path, name, parameters, "seed");

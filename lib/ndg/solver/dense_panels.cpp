@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ndg/solver/dense_panels.h"
 
+#include "ndg/solver/dense_tiles.h"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -14,9 +16,9 @@ namespace {
 /// As wide on every machine, so that sums are the same on every machine.
 constexpr int packet_size = 8;
 using Packet = std::experimental::simd<float, std::experimental::simd_abi::deduce_t<float, packet_size>>;
-static_assert(2 * packet_size <= static_cast<int>(dense_panel_padding));
+static_assert(tile_rows <= static_cast<int>(dense_panel_padding));
 /// Columns of a tile; unknowns come in threes.
-constexpr int wide = 6, narrow = 3;
+constexpr int wide = tile_columns, narrow = tile_columns / 2;
 
 constexpr std::size_t at(int i)
 {
@@ -28,43 +30,25 @@ Packet load(const float* values)
     return Packet(values, std::experimental::element_aligned);
 }
 
-/// Products of a tile of Packets x packet_size rows and Width columns, column by column.
-template <int Packets, int Width>
-void multiply_tile(const DenseUpdate& update, int row, int column, float* product)
-{
-    std::array<Packet, at(Packets * Width)> sums;
-    for (Packet& sum : sums) sum = 0.0F;
-    const float* a = update.a + row;
-    const float* b = update.a + column;
-    for (int k = 0; k < update.depth; ++k, a += update.stride, b += update.stride) {
-        std::array<Packet, at(Packets)> left;
-        for (int p = 0; p < Packets; ++p) left[at(p)] = load(a + p * packet_size);
-        for (int w = 0; w < Width; ++w) {
-            const Packet right = b[w];
-            for (int p = 0; p < Packets; ++p) sums[at(p + Packets * w)] += left[at(p)] * right;
-        }
-    }
-    for (int i = 0; i < Packets * Width; ++i) {
-        sums[at(i)].copy_to(product + i * packet_size, std::experimental::element_aligned);
-    }
-}
-
-/// subtract(product, stride, row, column, rows, columns) for every tile that is not above the diagonal.
+/// subtract(product, row, column, rows, columns) for every tile that is not above the diagonal.
 template <class Subtract>
 void for_tiles(const DenseUpdate& update, const Subtract& subtract)
 {
-    std::array<float, at(2 * packet_size * wide)> product;
-    for (int row = 0; row < update.height; row += 2 * packet_size) {
-        const int rows = std::min(2 * packet_size, update.height - row);
-        const bool half = rows <= packet_size;
-        for (int column = 0; column < std::min(update.width, row + rows);) {
-            const bool thin = update.width - column <= narrow;
-            const int columns = std::min(thin ? narrow : wide, update.width - column);
-            if (half && thin) multiply_tile<1, narrow>(update, row, column, product.data());
-            if (half && !thin) multiply_tile<1, wide>(update, row, column, product.data());
-            if (!half && thin) multiply_tile<2, narrow>(update, row, column, product.data());
-            if (!half && !thin) multiply_tile<2, wide>(update, row, column, product.data());
-            subtract(product.data(), half ? packet_size : 2 * packet_size, row, column, rows, columns);
+    static const TileKernel wide_kernel = wide_tile_kernel();
+    static const TileKernel multiply = wide_kernel != nullptr ? wide_kernel : multiply_tile;
+    std::array<float, at(tile_rows * wide)> product;
+    TileProduct tile;
+    tile.stride = update.stride;
+    tile.depth = update.depth;
+    for (int row = 0; row < update.height; row += tile_rows) {
+        tile.rows = std::min(tile_rows, update.height - row);
+        tile.a = update.a + row;
+        for (int column = 0; column < std::min(update.width, row + tile.rows);) {
+            tile.narrow = update.width - column <= narrow;
+            tile.b = update.a + column;
+            const int columns = std::min(tile.narrow ? narrow : wide, update.width - column);
+            multiply(tile, product.data());
+            subtract(product.data(), row, column, tile.rows, columns);
             column += columns;
         }
     }
@@ -140,12 +124,12 @@ void solve_rows(float* columns, std::size_t stride, int width, const std::array<
 
 void subtract_scattered(const DenseUpdate& update, float* target, std::size_t target_stride, const int* target_row)
 {
-    for_tiles(update, [&](const float* product, int stride, int row, int column, int rows, int columns) {
+    for_tiles(update, [&](const float* product, int row, int column, int rows, int columns) {
         const int* place = target_row + row;
         const bool contiguous = place[rows - 1] - place[0] == rows - 1;
         for (int j = 0; j < columns; ++j) {
             float* to = target + target_stride * at(target_row[column + j]);
-            const float* from = product + j * stride;
+            const float* from = product + j * tile_rows;
             if (contiguous) {
                 to += place[0];
                 for (int i = 0; i < rows; ++i) to[i] -= from[i];
@@ -158,10 +142,10 @@ void subtract_scattered(const DenseUpdate& update, float* target, std::size_t ta
 
 void subtract_contiguous(const DenseUpdate& update, float* target, std::size_t target_stride)
 {
-    for_tiles(update, [&](const float* product, int stride, int row, int column, int rows, int columns) {
+    for_tiles(update, [&](const float* product, int row, int column, int rows, int columns) {
         for (int j = 0; j < columns; ++j) {
             float* to = target + target_stride * at(column + j) + row;
-            const float* from = product + j * stride;
+            const float* from = product + j * tile_rows;
             for (int i = 0; i < rows; ++i) to[i] -= from[i];
         }
     });
