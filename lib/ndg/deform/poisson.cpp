@@ -11,7 +11,7 @@ PoissonReconstruction::PoissonReconstruction(const Prisms& prisms, int num_wrap_
       num_wrap_vertices_(num_wrap_vertices),
       num_vertices_(static_cast<int>(rest_vertices.rows())),
       weighted_operators_(static_cast<std::size_t>(prisms.rows())),
-      cholesky_(SparseCholesky::Method::automatic)
+      cholesky_(SparseCholesky::Method::simplicial)
 {
     require(num_wrap_vertices_ > 0 && num_wrap_vertices_ < num_vertices_,
             "{} bone wrap vertices among {} volume vertices leave nothing to solve for", num_wrap_vertices_,
