@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ndg/body/pose_set.h"
-#include "ndg/body/sample_set.h"
+#include "ndg/dataset/splits.h"
 #include "ndg/body/template.h"
 #include "ndg/core/error.h"
 #include "ndg/core/hash.h"
 #include "ndg/core/interrupt.h"
 #include "ndg/core/progress.h"
 #include "ndg/core/tool.h"
-#include "ndg/deform/gradient_file.h"
+#include "ndg/dataset/gradient_file.h"
 #include "ndg/neural/model.h"
 
 #include <fmt/format.h>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Gradient and anatomy files, and reconstruction through them.
 #include "ndg/core/error.h"
-#include "ndg/deform/anatomy_file.h"
+#include "ndg/dataset/anatomy_file.h"
 #include "ndg/deform/baselines.h"
 #include "ndg/deform/reconstruct.h"
 #include "support/support.h"

@@ -4,7 +4,7 @@
 #include "ndg/body/anatomy.h"
 #include "ndg/core/error.h"
 #include "ndg/core/progress.h"
-#include "ndg/deform/anatomy_file.h"
+#include "ndg/dataset/anatomy_file.h"
 #include "ndg/deform/posed_body.h"
 #include "ndg/deform/rest_cache.h"
 

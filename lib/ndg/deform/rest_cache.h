@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "ndg/body/sample_set.h"
+#include "ndg/dataset/splits.h"
 #include "ndg/body/template.h"
 #include "ndg/deform/poisson.h"
 

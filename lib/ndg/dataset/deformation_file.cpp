@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "ndg/body/sample_set.h"
+#include "ndg/dataset/splits.h"
 #include "ndg/core/error.h"
 #include "ndg/core/file.h"
 #include "ndg/io/h5.h"

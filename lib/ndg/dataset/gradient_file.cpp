@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "ndg/deform/gradient_file.h"
+#include "ndg/dataset/gradient_file.h"
 
 #include "ndg/core/error.h"
 #include "ndg/io/h5.h"

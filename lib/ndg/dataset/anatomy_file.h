@@ -7,7 +7,7 @@
 //   attribute method
 #pragma once
 
-#include "ndg/body/sample_set.h"
+#include "ndg/dataset/splits.h"
 #include "ndg/core/provenance.h"
 #include "ndg/core/types.h"
 

@@ -6,7 +6,7 @@
 //   attribute method   e.g. "NDG"
 #pragma once
 
-#include "ndg/body/sample_set.h"
+#include "ndg/dataset/splits.h"
 #include "ndg/core/provenance.h"
 
 #include <memory>
