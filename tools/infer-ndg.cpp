@@ -65,7 +65,7 @@ int main(int argc, char** argv)
         }
         require_input(!pairs.empty(), "{}: the split {} has no pairs", splits_path, split);
 
-        GradientWriter writer(output_path, method, pairs, pair_splits, body_template.num_prisms(), tool.provenance());
+        GradientWriter writer(output_path, {method, pairs, pair_splits}, body_template.num_prisms(), tool.provenance());
         std::map<int, Eigen::VectorXd> codes;
         Progress progress("predicting", pairs.size());
         for (std::size_t begin = 0; begin < pairs.size(); begin += static_cast<std::size_t>(batch_size)) {
@@ -78,7 +78,7 @@ int main(int argc, char** argv)
                 inputs.push_back({found->second, poses.poses[static_cast<std::size_t>(pairs[i].pose_idx)]});
             }
             const std::vector<GradientsF> gradients = model.predict_gradients(inputs);
-            for (std::size_t i = begin; i < end; ++i) writer.write(static_cast<int>(i), gradients[i - begin].data());
+            for (std::size_t i = begin; i < end; ++i) writer.write(static_cast<int>(i), gradients[i - begin]);
             progress.advance(end - begin);
         }
         writer.commit();

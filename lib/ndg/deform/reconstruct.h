@@ -2,7 +2,7 @@
 #pragma once
 
 #include "ndg/body/pose_set.h"
-#include "ndg/dataset/splits.h"
+#include "ndg/dataset/deformation_file.h"
 #include "ndg/body/template.h"
 #include "ndg/core/provenance.h"
 #include "ndg/dataset/gradient_file.h"

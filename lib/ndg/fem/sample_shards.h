@@ -3,6 +3,7 @@
 // with DATASET.shards/<i>-of-<n>.h5.parts while it is under way. The two can be moved together.
 #pragma once
 
+#include "ndg/dataset/deformation_file.h"
 #include "ndg/dataset/splits.h"
 #include "ndg/fem/simulate.h"
 
