@@ -3,117 +3,81 @@
 
 #include "ndg/core/error.h"
 #include "ndg/core/hash.h"
-#include "ndg/core/log.h"
-#include "ndg/core/progress.h"
+#include "ndg/core/stopwatch.h"
+#include "ndg/dataset/run_batch.h"
 
 #include <algorithm>
-#include <atomic>
-#include <ctime>
-#include <exception>
-#include <filesystem>
-#include <optional>
 #include <string_view>
 
 namespace ndg {
 namespace {
 
-namespace fs = std::filesystem;
-
 constexpr double min_age_years = 18.0, max_age_years = 110.0;
-
-std::string parts_folder(const LayerBatchOptions& options)
-{
-    return options.output + ".parts";
-}
 
 std::string_view bytes(const Points& points)
 {
     return {reinterpret_cast<const char*>(points.data()), static_cast<std::size_t>(points.size()) * sizeof(double)};
 }
 
-/// Its name holds everything that the body depends on.
-std::string part_file(const LayerBatchOptions& options, const Body& skin, const Person& person)
+BatchItem batch_item(int body_idx, const Body& skin, const Person& person)
 {
-    std::string key = options.settings + skin.name + fmt::format(" {} {} ", person.sex, person.age_years);
-    key += bytes(skin.skin_vertices);
-    key += bytes(skin.joint_positions);
-    return (fs::path(parts_folder(options)) / (sha256(key).substr(0, 24) + ".h5")).string();
+    std::string content = skin.name + fmt::format(" {} {} ", person.sex, person.age_years);
+    content += bytes(skin.skin_vertices);
+    content += bytes(skin.joint_positions);
+    return {fmt::format("{:06d}", body_idx), sha256(content), "body " + skin.name};
 }
 
-/// Seconds this thread has worked, whatever else the machine does.
-double thread_seconds()
-{
-    timespec now{};
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-    return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
-
-/// What a batch knows of one body.
-struct Outcome {
-    std::optional<Body> body;
-    Eigen::RowVectorXd parameters;
-    std::string failure;
-    bool resumed = false;
+/// What is kept of a body while others are built.
+struct BuiltBody {
+    Body body;
+    RowMatrix parameters;  ///< one row
     double seconds = 0.0;
 };
 
-bool read_part(const std::string& path, const Template& body_template, Outcome& outcome)
+void write_built(H5Writer& writer, const BuiltBody& built)
 {
-    if (!fs::exists(path)) return false;
+    const Body& body = built.body;
+    writer.attribute("name", body.name);
+    writer.attribute("seconds", built.seconds);
+    writer.write("/body/skin_vertices", body.skin_vertices, "skin at rest, m", Storage::float64);
+    writer.write("/body/volume_vertices", body.volume_vertices, "wraps at rest, m", Storage::float64);
+    writer.write("/body/interior_vertices", body.interior_vertices, "inside the bone wrap, m", Storage::float64);
+    writer.write("/body/joint_positions", body.joint_positions, "joints at rest, m", Storage::float64);
+    writer.write("/body/parameters", built.parameters, "layer_parameter_names", Storage::float64);
+}
+
+BuiltBody read_built(const H5Reader& reader, const Template& body_template)
+{
+    const auto points = [&](const std::string& name, const Points& rest) -> Points {
+        return reader.read_matrix("/body/" + name, rest.rows(), 3);
+    };
+    const Body& rest = body_template.rest;
+    BuiltBody built;
+    built.body.name = reader.attribute("name");
+    built.seconds = reader.attribute_double("seconds");
+    built.body.skin_vertices = points("skin_vertices", rest.skin_vertices);
+    built.body.volume_vertices = points("volume_vertices", rest.volume_vertices);
+    built.body.interior_vertices = points("interior_vertices", rest.interior_vertices);
+    built.body.joint_positions = points("joint_positions", rest.joint_positions);
+    built.parameters =
+        reader.read_matrix("/body/parameters", 1, static_cast<Eigen::Index>(layer_parameter_names().size()));
+    return built;
+}
+
+/// A skin that does not fit is its own failure, not the batch's.
+BuiltBody build_one(const LayerBuilder& builder, const Body& skin, const Person& person)
+{
     try {
-        BodySet part;
-        std::exception_ptr failure;
-        // HDF5 need not be built for several threads.
-#pragma omp critical(layer_batch_file)
-        {
-            try {
-                part = read_bodies(path, body_template);
-            } catch (...) {
-                failure = std::current_exception();
-            }
-        }
-        if (failure) std::rethrow_exception(failure);
-        if (part.parameter_names != layer_parameter_names()) return false;
-        outcome.body = std::move(part.bodies.front());
-        outcome.parameters = part.parameters.row(0);
-        outcome.resumed = true;
-        return true;
-    } catch (const Error& error) {
-        log_warning("{} is made anew: {}", path, error.what());
-        return false;
+        const double start = thread_seconds();
+        LayerReport report;
+        BuiltBody built;
+        built.body = builder.build(skin, person, &report);
+        built.parameters = layer_parameters(person, report);
+        built.seconds = thread_seconds() - start;
+        return built;
+    } catch (const InputError& error) {
+        throw Error(error.what());
     }
-}
-
-void write_part(const std::string& path, const Outcome& outcome, const Template& body_template)
-{
-    BodySet part;
-    part.bodies.push_back(*outcome.body);
-    part.parameter_names = layer_parameter_names();
-    part.parameters = outcome.parameters;
-    part.template_sha256 = body_template.file_sha256;
-    std::exception_ptr failure;
-#pragma omp critical(layer_batch_file)
-    {
-        try {
-            write_bodies(path, part, {"build-layers", "{}", {}, ""});
-        } catch (...) {
-            failure = std::current_exception();
-        }
-    }
-    if (failure) std::rethrow_exception(failure);
-}
-
-void build_one(const LayerBuilder& builder, const Body& skin, const Person& person, const LayerBatchOptions& options,
-               Outcome& outcome)
-{
-    const std::string part = part_file(options, skin, person);
-    if (read_part(part, builder.body_template(), outcome)) return;
-    const double start = thread_seconds();
-    LayerReport report;
-    outcome.body = builder.build(skin, person, &report);
-    outcome.parameters = layer_parameters(person, report);
-    outcome.seconds = thread_seconds() - start;
-    write_part(part, outcome, builder.body_template());
 }
 
 }  // namespace
@@ -144,65 +108,43 @@ std::vector<Person> people_of_skins(const BodySet& skins, const std::string& pat
 }
 
 LayerBatch build_layer_batch(const LayerBuilder& builder, const BodySet& skins, const std::vector<Person>& people,
-                             const LayerBatchOptions& options, const std::function<bool()>& stop)
+                             const PartStore& store, const std::function<bool()>& stop)
 {
     require(people.size() == skins.bodies.size(), "{} skins were given with {} people", skins.bodies.size(),
             people.size());
-    fs::create_directories(parts_folder(options));
-    const std::size_t count = skins.bodies.size();
-    std::vector<Outcome> outcomes(count);
-    std::atomic<bool> stopped{false};
-    std::exception_ptr fatal;
-    Progress progress("build-layers", count);
-#pragma omp parallel for schedule(dynamic, 1)
-    for (std::size_t b = 0; b < count; ++b) {
-        if (stopped || stop()) {
-            stopped = true;
+    const Template& body_template = builder.body_template();
+    Batch batch;
+    batch.task = "build-layers";
+    for (std::size_t b = 0; b < people.size(); ++b) {
+        batch.items.push_back(batch_item(static_cast<int>(b), skins.bodies[b], people[b]));
+    }
+    batch.read = [&](const H5Reader& part) { read_built(part, body_template); };
+    batch.make_worker = [&] {
+        return [&](int b) -> PartWriter {
+            const BuiltBody built = build_one(builder, skins.bodies[b], people[b]);
+            return [built](H5Writer& part) { write_built(part, built); };
+        };
+    };
+    LayerBatch result;
+    result.num_resumed = run_batch(store, batch, stop);
+    result.bodies.parameter_names = layer_parameter_names();
+    result.bodies.template_sha256 = skins.template_sha256;
+    RowMatrix& parameters = result.bodies.parameters;
+    parameters.resize(static_cast<Eigen::Index>(people.size()), layer_parameter_names().size());
+    for (const BatchItem& item : batch.items) {
+        BuiltBody built;
+        const std::string failure =
+            store.read(item, [&](const H5Reader& part) { built = read_built(part, body_template); });
+        if (!failure.empty()) {
+            result.failures.push_back(failure);
             continue;
         }
-        try {
-            build_one(builder, skins.bodies[b], people[b], options, outcomes[b]);
-        } catch (const Error& error) {
-            outcomes[b].failure = error.what();
-        } catch (...) {
-#pragma omp critical(layer_batch_fatal)
-            fatal = std::current_exception();
-            stopped = true;
-        }
-        progress.advance();
+        parameters.row(result.bodies.bodies.size()) = built.parameters;
+        result.bodies.bodies.push_back(std::move(built.body));
+        result.seconds.push_back(built.seconds);
     }
-    if (fatal) std::rethrow_exception(fatal);
-    if (stopped)
-        throw Interrupted(fmt::format(
-            "interrupted; finished bodies are kept in {}, the same command goes on from there", parts_folder(options)));
-    LayerBatch batch;
-    batch.bodies.parameter_names = layer_parameter_names();
-    batch.bodies.template_sha256 = skins.template_sha256;
-    std::vector<Eigen::RowVectorXd> parameters;
-    for (Outcome& outcome : outcomes) {
-        if (!outcome.body) {
-            batch.failures.push_back(outcome.failure);
-            continue;
-        }
-        batch.bodies.bodies.push_back(std::move(*outcome.body));
-        parameters.push_back(outcome.parameters);
-        if (outcome.resumed)
-            ++batch.num_resumed;
-        else
-            batch.seconds.push_back(outcome.seconds);
-    }
-    batch.bodies.parameters.resize(static_cast<Eigen::Index>(parameters.size()),
-                                   static_cast<Eigen::Index>(layer_parameter_names().size()));
-    for (std::size_t i = 0; i < parameters.size(); ++i)
-        batch.bodies.parameters.row(static_cast<Eigen::Index>(i)) = parameters[i];
-    return batch;
-}
-
-void remove_layer_parts(const LayerBatchOptions& options)
-{
-    std::error_code error;
-    fs::remove_all(parts_folder(options), error);
-    if (error) log_warning("{} could not be removed: {}", parts_folder(options), error.message());
+    parameters.conservativeResize(result.bodies.bodies.size(), Eigen::NoChange);
+    return result;
 }
 
 const std::vector<std::string>& layer_parameter_names()

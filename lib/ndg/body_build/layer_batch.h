@@ -3,6 +3,7 @@
 #pragma once
 
 #include "ndg/body_build/layers.h"
+#include "ndg/dataset/part_store.h"
 
 #include <functional>
 #include <string>
@@ -19,24 +20,18 @@ struct PeopleOptions {
 /// out of range.
 std::vector<Person> people_of_skins(const BodySet& skins, const std::string& path, const PeopleOptions& options);
 
-struct LayerBatchOptions {
-    std::string output;    ///< finished bodies are kept beside it, in "OUTPUT.parts", until the batch is written
-    std::string settings;  ///< everything a body depends on; parts of other settings are not used
-};
-
 struct LayerBatch {
     BodySet bodies;                     ///< those that succeeded, in the skins' order, with layer_parameters
     std::vector<std::string> failures;  ///< one sentence for each skin that failed
-    int num_resumed = 0;                ///< bodies taken over from parts
-    std::vector<double> seconds;        ///< that each of the others took on one core
+    int num_resumed = 0;                ///< skins that an earlier run had finished
+    std::vector<double> seconds;        ///< that each body took on one core
 };
 
-/// Layers for all skins. A skin that fails is set apart with its sentence. Throws Interrupted, parts kept, once `stop`
-/// returns true. The result does not depend on threads or interruptions.
+/// Layers for all skins; finished ones are kept in `store`, whose key must hold all that bodies depend on but skins and
+/// people. A skin that fails is set apart with its sentence. Throws Interrupted, parts kept, once `stop` returns true.
+/// The result does not depend on threads or interruptions.
 LayerBatch build_layer_batch(const LayerBuilder& builder, const BodySet& skins, const std::vector<Person>& people,
-                             const LayerBatchOptions& options, const std::function<bool()>& stop);
-/// Removes the parts of a batch that has been written.
-void remove_layer_parts(const LayerBatchOptions& options);
+                             const PartStore& store, const std::function<bool()>& stop);
 
 /// Names of the numbers that are stored with a body, and these numbers.
 const std::vector<std::string>& layer_parameter_names();

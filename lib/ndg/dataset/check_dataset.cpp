@@ -1,32 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "ndg/dataset/check_dataset.h"
+
 #include "ndg/core/error.h"
 #include "ndg/core/hash.h"
 #include "ndg/core/progress.h"
-#include "ndg/fem/sample_parts.h"
-#include "ndg/fem/sample_shards.h"
-#include "ndg/io/h5.h"
-#include "ndg/io/h5_virtual.h"
+#include "ndg/dataset/deformation_file.h"
+#include "ndg/dataset/sample_tasks.h"
 
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <map>
 #include <string_view>
-#include <tuple>
 
 namespace ndg {
 
 namespace {
 
 namespace fs = std::filesystem;
-
-using PairKey = std::tuple<std::string, int, int>;
-
-std::string text_of(const PairKey& key)
-{
-    const auto& [split, body_idx, pose_idx] = key;
-    return fmt::format("body {} in pose {} of split {}", body_idx, pose_idx, split);
-}
 
 /// Defects of one kind: the first in words, the others counted.
 class Defects {
@@ -57,27 +50,24 @@ private:
 /// Every pair of the splits once and no other, the failures among them.
 void check_pairs(const DeformationSet& set, const Splits& splits, Defects& defects)
 {
-    std::map<PairKey, int> counts;
-    for (std::size_t i = 0; i < set.pairs.size(); ++i) {
-        const PairKey key{set.pair_splits[i], set.pairs[i].body_idx, set.pairs[i].pose_idx};
-        if (++counts[key] == 2) defects.add("doubled", text_of(key) + " stands in it twice");
-    }
-    for (const FailedSample& failure : set.failures) {
-        const PairKey key{failure.split, failure.pair.body_idx, failure.pair.pose_idx};
-        if (++counts[key] == 2) defects.add("doubled", text_of(key) + " stands in it twice");
-    }
+    std::map<SampleKey, int> counts;
+    const auto count = [&](const SampleKey& key) {
+        if (++counts[key] == 2) defects.add("doubled", describe(key) + " stands in it twice");
+    };
+    for (int i = 0; i < set.size(); ++i) count(set.key(i));
+    for (const FailedSample& failure : set.failures) count({failure.split, failure.pair});
     for (const auto& [split, pairs] : splits.pairs) {
         for (const SamplePair& pair : pairs) {
-            const PairKey key{split, pair.body_idx, pair.pose_idx};
-            if (counts.erase(key) == 0) defects.add("missing", text_of(key) + " is missing");
+            const SampleKey key{split, pair};
+            if (counts.erase(key) == 0) defects.add("missing", describe(key) + " is missing");
         }
     }
-    for (const auto& [key, count] : counts) defects.add("foreign", text_of(key) + " is no pair of the splits");
+    for (const auto& [key, number] : counts) defects.add("foreign", describe(key) + " is no pair of the splits");
 }
 
-void check_statistics(const DeformationSet& set, Defects& defects)
+void check_statistics(const DeformationSet& set, const std::vector<std::string>& statistics, Defects& defects)
 {
-    for (const std::string& name : simulation_statistics()) {
+    for (const std::string& name : statistics) {
         if (set.statistics.count(name) == 0) defects.add("statistic", "statistic " + name + " is missing");
     }
     if (set.stop_reasons.empty() && set.size() > 0) defects.add("statistic", "the stop reasons are missing");
@@ -88,19 +78,18 @@ void check_vertices(const DeformationSet& set, Defects& defects)
     Progress progress("checking", static_cast<std::size_t>(set.size()));
     std::map<std::string, int> seen;
     for (int i = 0; i < set.size(); ++i) {
-        const SamplePair& pair = set.pairs[static_cast<std::size_t>(i)];
+        const std::string sample = describe(set.pairs[i]);
         try {
-            const std::vector<float> sample = set.coordinates(i);
-            const std::string_view bytes(reinterpret_cast<const char*>(sample.data()), sample.size() * sizeof(float));
+            const std::vector<float> vertices = set.coordinates(i);
+            const std::string_view bytes(reinterpret_cast<const char*>(vertices.data()),
+                                         vertices.size() * sizeof(float));
             const auto [earlier, is_new] = seen.emplace(sha256(bytes), i);
             if (!is_new) {
-                const SamplePair& other = set.pairs[static_cast<std::size_t>(earlier->second)];
-                defects.add("alike", fmt::format("body {} in pose {} has the same vertices as body {} in pose {}",
-                                                 pair.body_idx, pair.pose_idx, other.body_idx, other.pose_idx));
+                defects.add("alike", fmt::format("{} has the same vertices as {}", sample,
+                                                 describe(set.pairs[earlier->second])));
             }
         } catch (const InputError& error) {
-            defects.add("damaged", fmt::format("sample {} (body {}, pose {}) is damaged ({})", i, pair.body_idx,
-                                               pair.pose_idx, error.what()));
+            defects.add("damaged", fmt::format("sample {} ({}) is damaged ({})", i, sample, error.what()));
         }
         progress.advance();
     }
@@ -124,10 +113,10 @@ std::map<std::string, std::string> stated_hashes(const std::string& path)
 /// The files of a virtual dataset.
 void check_sources(const std::string& path, const DeformationSet& set, Defects& defects)
 {
-    const std::vector<std::string> sources = virtual_sources(path, "/deformations/vertices");
+    const std::vector<std::string> sources = deformation_sources(path);
     if (sources.empty()) return;
     const std::map<std::string, std::string> hashes = stated_hashes(path);
-    const auto key = set.attributes.find("simulation_key");
+    const std::string key = set.attribute(sample_key_attribute);
     for (const std::string& source : sources) {
         const std::string source_path = (fs::path(path).parent_path() / source).string();
         const auto hash = hashes.find(fs::path(source).filename().string());
@@ -136,10 +125,7 @@ void check_sources(const std::string& path, const DeformationSet& set, Defects& 
         }
         try {
             const DeformationSet shard = open_deformations(source_path, set.num_volume_vertices);
-            const auto shard_key = shard.attributes.find("simulation_key");
-            const bool same =
-                key != set.attributes.end() && shard_key != shard.attributes.end() && shard_key->second == key->second;
-            if (!same) {
+            if (key.empty() || shard.attribute(sample_key_attribute) != key) {
                 defects.add("key", fmt::format("{} was made by another program version, from other inputs or with "
                                                "other options than the dataset states",
                                                source_path));
@@ -152,7 +138,8 @@ void check_sources(const std::string& path, const DeformationSet& set, Defects& 
 
 }  // namespace
 
-std::vector<std::string> check_dataset(const std::string& dataset, const Splits& splits)
+std::vector<std::string> check_dataset(const std::string& dataset, const Splits& splits,
+                                       const std::vector<std::string>& statistics)
 {
     DeformationSet set;
     try {
@@ -162,10 +149,31 @@ std::vector<std::string> check_dataset(const std::string& dataset, const Splits&
     }
     Defects defects(dataset);
     check_pairs(set, splits, defects);
-    check_statistics(set, defects);
+    check_statistics(set, statistics, defects);
     check_sources(dataset, set, defects);
     check_vertices(set, defects);
     return defects.sentences();
+}
+
+std::string compare_with_stored(const SampleKey& key, const Points& vertices, const std::string& dataset)
+{
+    if (!fs::exists(dataset)) return "";
+    const DeformationSet set = open_deformations(dataset);
+    int place = 0;
+    while (place < set.size() && (set.pair_splits[place] != key.split || !(set.pairs[place] == key.pair))) ++place;
+    if (place == set.size()) return "";
+    require_input(set.num_volume_vertices == vertices.rows(), "{}: samples have {} vertices, the template {}", dataset,
+                  set.num_volume_vertices, vertices.rows());
+    const RowMatrixF now = vertices.cast<float>();
+    const std::vector<float> stored = set.coordinates(place);
+    if (std::equal(stored.begin(), stored.end(), now.data())) {
+        return fmt::format("{}: holds the same vertices, bit for bit\n", dataset);
+    }
+    double largest = 0;
+    for (std::size_t k = 0; k < stored.size(); ++k) {
+        largest = std::max(largest, std::abs(double(stored[k]) - double(now.data()[k])));
+    }
+    return fmt::format("{}: holds other vertices, up to {:.3g} m away\n", dataset, largest);
 }
 
 }  // namespace ndg

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "ndg/fem/sample_parts.h"
+#include "ndg/dataset/part_store.h"
 
 #include "ndg/core/error.h"
+#include "ndg/core/hash.h"
 #include "ndg/core/log.h"
-#include "ndg/io/h5.h"
 
 #include <fcntl.h>
 #include <sys/stat.h>
@@ -14,8 +14,8 @@
 #include <cstring>
 #include <ctime>
 #include <filesystem>
-#include <limits>
 #include <utility>
+#include <vector>
 
 namespace ndg {
 
@@ -23,8 +23,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const std::string part_format = "ndg-fem-part";
-constexpr int part_version = 2;
+const std::string part_format = "ndg-part";
+constexpr int part_version = 1;
 const std::string done_ending = ".h5", failed_ending = ".failed.h5";
 
 std::string folder_of(const std::string& output)
@@ -37,9 +37,9 @@ std::string lock_path(const std::string& folder)
     return folder + "/process";
 }
 
-std::string part_path(const std::string& folder, int sample_idx, const std::string& ending)
+std::string part_path(const std::string& folder, const BatchItem& item, const std::string& ending)
 {
-    return fmt::format("{}/{:06d}{}", folder, sample_idx, ending);
+    return folder + "/" + item.file + ending;
 }
 
 bool ends_with(const std::string& text, const std::string& ending)
@@ -82,19 +82,18 @@ struct flock whole_file()
 }
 
 /// Opens the lock file and takes the lock; the kernel gives it back when the process ends, however it ends.
-int take_lock(const std::string& folder)
+int take_lock(const std::string& folder, const std::string& kind)
 {
     const int file = ::open(lock_path(folder).c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
-    require_input(file >= 0, "{}: the folder for finished samples cannot be written ({})", folder,
+    require_input(file >= 0, "{}: the folder for finished {} cannot be written ({})", folder, kind,
                   std::strerror(errno));
     struct flock range = whole_file();
     if (::fcntl(file, F_OFD_SETLK, &range) == 0) return file;
     if (errno == EAGAIN || errno == EACCES) {
         ::close(file);
-        throw InputError(
-            fmt::format("{}: {} is simulating these samples already", folder, read_holder(folder).process));
+        throw InputError(fmt::format("{}: {} is at these {} already", folder, read_holder(folder).process, kind));
     }
-    log_warning("{}: this file system has no locks ({}); start no two processes on the same shard", folder,
+    log_warning("{}: this file system has no locks ({}); start no two processes at the same output", folder,
                 std::strerror(errno));
     return file;
 }
@@ -118,7 +117,7 @@ void write_holder(int file, const std::string& folder, const std::string& key)
     const std::string text = fmt::format("{} {} {}.{:09} {}\n", ::getpid(), host, now.tv_sec, now.tv_nsec, key);
     const bool written =
         ::ftruncate(file, 0) == 0 && ::pwrite(file, text.data(), text.size(), 0) == static_cast<ssize_t>(text.size());
-    require(written, "{}: the folder for finished samples cannot be written ({})", folder, std::strerror(errno));
+    require(written, "{}: the folder of parts cannot be written ({})", folder, std::strerror(errno));
 }
 
 /// Removes the files whose name `unwanted` accepts.
@@ -144,13 +143,6 @@ bool is_temporary(const std::string& name, const std::string& whole_name)
 }
 
 }  // namespace
-
-const std::vector<std::string>& simulation_statistics()
-{
-    static const std::vector<std::string> names = {"energy_joule", "residual_newton", "residual_relative", "iterations",
-                                                   "converged",    "load_steps",      "inverted_prisms",   "seconds"};
-    return names;
-}
 
 std::optional<PartsStatus> parts_status(const std::string& output)
 {
@@ -178,25 +170,25 @@ std::optional<PartsStatus> parts_status(const std::string& output)
     return status;
 }
 
-PartFolder::PartFolder(const std::string& output, std::string key, int num_volume_vertices, bool discard)
-    : path_(folder_of(output)), key_(std::move(key)), num_volume_vertices_(num_volume_vertices)
+PartStore::PartStore(const std::string& output, const std::string& kind, const std::string& key, bool discard)
+    : path_(folder_of(output)), kind_(kind), key_(sha256(key))
 {
     std::error_code error;
     fs::create_directories(path_, error);
-    require_input(!error && fs::is_directory(path_), "{}: the folder for finished samples could not be made ({})",
-                  path_, error ? error.message() : "a file of that name exists");
-    lock_ = take_lock(path_);
+    require_input(!error && fs::is_directory(path_), "{}: the folder for finished {} could not be made ({})", path_,
+                  kind_, error ? error.message() : "a file of that name exists");
+    lock_ = take_lock(path_, kind_);
     try {
         const std::string previous_key = read_holder(path_).key;
         if (!previous_key.empty() && previous_key != key_) {
             const auto is_part = [](const std::string& name) { return ends_with(name, done_ending); };
             const std::optional<PartsStatus> found = parts_status(output);
             require_input(discard || found->done + found->failed == 0,
-                          "{}: holds {} samples made by another program version, from other inputs or with other "
-                          "options; --force discards them",
-                          path_, found->done + found->failed);
+                          "{}: holds {} {} made by another program version, from other inputs or with other options; "
+                          "--force discards them",
+                          path_, found->done + found->failed, kind_);
             if (const int count = remove_files(path_, is_part)) {
-                log_info("{} samples of another program version, other inputs or options were discarded", count);
+                log_info("{} {} of another program version, other inputs or options were discarded", count, kind_);
             }
         }
         write_holder(lock_, path_, key_);
@@ -211,37 +203,47 @@ PartFolder::PartFolder(const std::string& output, std::string key, int num_volum
     }
 }
 
-PartFolder::~PartFolder()
+PartStore::~PartStore()
 {
     ::close(lock_);
 }
 
-void PartFolder::write(int sample_idx, const SamplePart& part, const Provenance& provenance) const
+void PartStore::write(const BatchItem& item, const PartWriter& payload) const
 {
-    const bool failed = !part.failure.empty();
-    H5Writer file(part_path(path_, sample_idx, failed ? failed_ending : done_ending), part_format, part_version,
-                  provenance);
+    write_part(item, "", payload);
+}
+
+void PartStore::write_failure(const BatchItem& item, const std::string& reason) const
+{
+    write_part(item, reason, [](H5Writer&) {});
+}
+
+void PartStore::write_part(const BatchItem& item, const std::string& failure, const PartWriter& payload) const
+{
+    const std::lock_guard<std::mutex> lock(mutex_);
+    H5Writer file(part_path(path_, item, failure.empty() ? done_ending : failed_ending), part_format, part_version, {});
     file.attribute("key", key_);
-    file.attribute("stop_reason", part.stop_reason);
-    file.attribute("failure", part.failure);
-    for (const auto& [name, value] : part.statistics) file.attribute(name, value);
-    file.write("/sample/pair", std::vector<int>{part.pair.body_idx, part.pair.pose_idx}, "body and pose");
-    if (!failed) {
-        file.write("/sample/vertices", {1, static_cast<std::size_t>(num_volume_vertices_), 3}, part.vertices.data(),
-                   "deformed volume vertices");
-    }
+    file.attribute("item", item.identity);
+    file.attribute("failure", failure);
+    payload(file);
     file.commit();
 }
 
-std::optional<SamplePart> PartFolder::read(int sample_idx, const SamplePair& pair) const
+std::optional<std::string> PartStore::find(const BatchItem& item, const PartReader& payload) const
 {
+    const std::lock_guard<std::mutex> lock(mutex_);
     for (const std::string& ending : {done_ending, failed_ending}) {
-        const std::string path = part_path(path_, sample_idx, ending);
+        const std::string path = part_path(path_, item, ending);
         if (!fs::exists(path)) continue;
         try {
-            if (std::optional<SamplePart> part = read_file(path, pair)) return part;
+            const H5Reader file(path, part_format, part_version);
+            if (file.attribute("key") == key_ && file.attribute("item") == item.identity) {
+                std::string failure = file.attribute("failure");
+                if (failure.empty()) payload(file);
+                return failure;
+            }
         } catch (const InputError& error) {
-            log_warning("a part is simulated again: {}", error.what());
+            log_warning("{} is made again: {}", item.label, error.what());
         }
         // Of other inputs or damaged: as good as none, and not to be counted as done.
         std::error_code error;
@@ -250,29 +252,18 @@ std::optional<SamplePart> PartFolder::read(int sample_idx, const SamplePair& pai
     return std::nullopt;
 }
 
-std::optional<SamplePart> PartFolder::read_file(const std::string& path, const SamplePair& pair) const
+std::string PartStore::read(const BatchItem& item, const PartReader& payload) const
 {
-    const H5Reader file(path, part_format, part_version);
-    if (file.attribute("key") != key_) return std::nullopt;
-    const std::vector<int> indices = file.read_ints("/sample/pair", 2, 0, std::numeric_limits<int>::max());
-    if (indices[0] != pair.body_idx || indices[1] != pair.pose_idx) return std::nullopt;
-    SamplePart part;
-    part.pair = pair;
-    part.stop_reason = file.attribute("stop_reason");
-    part.failure = file.attribute("failure");
-    if (!part.failure.empty()) return part;
-    const std::vector<std::size_t> expected = {1, static_cast<std::size_t>(num_volume_vertices_), 3};
-    if (file.shape("/sample/vertices") != expected) return std::nullopt;
-    part.vertices = file.read_slice("/sample/vertices", 0);
-    for (const std::string& name : simulation_statistics()) part.statistics[name] = file.attribute_double(name);
-    return part;
+    std::optional<std::string> failure = find(item, payload);
+    require(failure.has_value(), "{}: {} cannot be read back", path_, item.label);
+    return std::move(*failure);
 }
 
-void PartFolder::remove() const
+void PartStore::remove() const
 {
     std::error_code error;
     fs::remove_all(path_, error);
-    if (error) log_warning("{}: the folder of finished samples could not be removed ({})", path_, error.message());
+    if (error) log_warning("{}: the folder of finished {} could not be removed ({})", path_, kind_, error.message());
 }
 
 }  // namespace ndg

@@ -40,8 +40,8 @@ bool operator<(const SamplePair& a, const SamplePair& b)
 
 std::string describe(const SamplePair& pair)
 {
-    if (pair.num_frames == 1) return fmt::format("body {}, pose {}", pair.body_idx, pair.pose_idx);
-    return fmt::format("body {}, poses {} to {}", pair.body_idx, pair.pose_idx, pair.pose_idx + pair.num_frames - 1);
+    if (pair.num_frames == 1) return fmt::format("body {} in pose {}", pair.body_idx, pair.pose_idx);
+    return fmt::format("body {} in poses {} to {}", pair.body_idx, pair.pose_idx, pair.pose_idx + pair.num_frames - 1);
 }
 
 void require_pair(const SamplePair& pair, std::size_t num_bodies, std::size_t num_poses)

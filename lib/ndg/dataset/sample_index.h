@@ -32,7 +32,7 @@ struct SamplePair {
 bool operator==(const SamplePair& a, const SamplePair& b);
 /// By body, then pose.
 bool operator<(const SamplePair& a, const SamplePair& b);
-/// "body 3, pose 7" or "body 3, poses 7 to 9".
+/// "body 3 in pose 7" or "body 3 in poses 7 to 9".
 std::string describe(const SamplePair& pair);
 /// For what knows single poses only: throws InputError when the pair names a body or pose that is not there, or is a
 /// sequence of several poses.
@@ -44,7 +44,7 @@ struct SampleKey {
     SamplePair pair;
 };
 bool operator<(const SampleKey& a, const SampleKey& b);
-/// "body 3, pose 7 of split test".
+/// "body 3 in pose 7 of split test".
 std::string describe(const SampleKey& key);
 
 struct SampleIndex {

@@ -1,16 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "ndg/fem/sample_shards.h"
+#include "ndg/dataset/shards.h"
 
 #include "ndg/core/error.h"
 #include "ndg/core/hash.h"
-#include "ndg/fem/sample_parts.h"
+#include "ndg/dataset/part_store.h"
 #include "ndg/io/h5_virtual.h"
 
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <map>
-#include <tuple>
 
 namespace ndg {
 
@@ -18,18 +17,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-using PairKey = std::tuple<std::string, int, int>;
-
 std::string shard_folder(const std::string& dataset)
 {
     const fs::path path(dataset);
     return (path.parent_path() / (path.extension() == ".h5" ? path.stem() : path.filename())).string() + ".shards";
-}
-
-std::string attribute_of(const DeformationSet& set, const std::string& name)
-{
-    const auto found = set.attributes.find(name);
-    return found == set.attributes.end() ? "" : found->second;
 }
 
 /// Number of pairs of a shard; a shard may have none.
@@ -76,7 +67,7 @@ std::string time_text(double seconds)
 struct OpenShards {
     std::vector<std::string> paths;
     std::vector<DeformationSet> sets;
-    std::map<PairKey, std::pair<std::size_t, std::size_t>> samples, failures;
+    std::map<SampleKey, std::pair<std::size_t, std::size_t>> samples, failures;
 };
 
 OpenShards open_shards(const std::string& dataset, const Splits& splits)
@@ -91,22 +82,19 @@ OpenShards open_shards(const std::string& dataset, const Splits& splits)
         DeformationSet set = open_deformations(status.path);
         set.file.reset();  // the lists are enough, and so many files cannot be open at once
         const std::size_t place = shards.sets.size();
-        for (std::size_t i = 0; i < set.pairs.size(); ++i) {
-            const PairKey key{set.pair_splits[i], set.pairs[i].body_idx, set.pairs[i].pose_idx};
-            require_input(shards.samples.emplace(key, std::pair{place, i}).second,
-                          "{}: body {} in pose {} of split {} stands in another shard already", status.path,
-                          set.pairs[i].body_idx, set.pairs[i].pose_idx, set.pair_splits[i]);
+        for (int i = 0; i < set.size(); ++i) {
+            require_input(shards.samples.emplace(set.key(i), std::pair{place, i}).second,
+                          "{}: {} stands in another shard already", status.path, describe(set.key(i)));
         }
         for (std::size_t i = 0; i < set.failures.size(); ++i) {
             const FailedSample& failure = set.failures[i];
-            shards.failures.emplace(PairKey{failure.split, failure.pair.body_idx, failure.pair.pose_idx},
-                                    std::pair{place, i});
+            shards.failures.emplace(SampleKey{failure.split, failure.pair}, std::pair{place, i});
         }
         shards.paths.push_back(status.path);
         shards.sets.push_back(std::move(set));
         const DeformationSet &first = shards.sets.front(), &last = shards.sets.back();
         require_input(last.num_volume_vertices == first.num_volume_vertices &&
-                          attribute_of(last, "simulation_key") == attribute_of(first, "simulation_key"),
+                          last.attribute(sample_key_attribute) == first.attribute(sample_key_attribute),
                       "{}: was made by another program version, from other inputs or with other options than {}",
                       shards.paths.back(), shards.paths.front());
     }
@@ -186,7 +174,7 @@ std::string status_report(const std::vector<ShardStatus>& shards)
 
 DeformationSet merge_shards(const std::string& dataset, const Splits& splits, Provenance provenance, bool force)
 {
-    require_input(force || !fs::exists(dataset) || !virtual_sources(dataset, "/deformations/vertices").empty(),
+    require_input(force || !fs::exists(dataset) || !deformation_sources(dataset).empty(),
                   "{}: exists already and holds samples of its own; --force replaces it", dataset);
     const OpenShards shards = open_shards(dataset, splits);
     DeformationSet merged;
@@ -194,20 +182,22 @@ DeformationSet merge_shards(const std::string& dataset, const Splits& splits, Pr
     merged.num_volume_vertices = shards.sets.front().num_volume_vertices;
     merged.attributes = shards.sets.front().attributes;
     std::vector<VirtualSource> sources(shards.sets.size());
+    std::size_t num_slices = 0;
     for (const SampleTask& task : sample_tasks(splits, Shard{})) {
-        const PairKey key{task.split, task.pair.body_idx, task.pair.pose_idx};
+        const SampleKey key = task.key();
         if (const auto failed = shards.failures.find(key); failed != shards.failures.end()) {
             const auto [shard, place] = failed->second;
             merged.failures.push_back(shards.sets[shard].failures[place]);
             continue;
         }
         const auto found = shards.samples.find(key);
-        require_input(found != shards.samples.end(), "{}: no shard has body {} in pose {} of split {}", dataset,
-                      task.pair.body_idx, task.pair.pose_idx, task.split);
+        require_input(found != shards.samples.end(), "{}: no shard has {}", dataset, describe(key));
         const auto [shard, place] = found->second;
         const DeformationSet& set = shards.sets[shard];
-        sources[shard].slices.push_back(place);
-        sources[shard].places.push_back(merged.pairs.size());
+        for (int f = 0; f < task.pair.num_frames; ++f) {
+            sources[shard].slices.push_back(set.first_slice(static_cast<int>(place)) + f);
+            sources[shard].places.push_back(num_slices++);
+        }
         merged.pairs.push_back(task.pair);
         merged.pair_splits.push_back(task.split);
         merged.stop_reasons.push_back(set.stop_reasons.empty() ? "" : set.stop_reasons[place]);
@@ -216,7 +206,7 @@ DeformationSet merge_shards(const std::string& dataset, const Splits& splits, Pr
     const fs::path folder = fs::absolute(dataset).parent_path();
     for (std::size_t i = 0; i < sources.size(); ++i) {
         sources[i].path = fs::absolute(shards.paths[i]).lexically_relative(folder).string();
-        sources[i].num_slices = shards.sets[i].pairs.size();
+        sources[i].num_slices = shards.sets[i].num_slices();
         provenance.inputs.push_back({shards.paths[i], sha256_path(shards.paths[i]), ""});
     }
     sources.erase(std::remove_if(sources.begin(), sources.end(),

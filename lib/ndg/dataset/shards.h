@@ -4,8 +4,7 @@
 #pragma once
 
 #include "ndg/dataset/deformation_file.h"
-#include "ndg/dataset/splits.h"
-#include "ndg/fem/simulate.h"
+#include "ndg/dataset/sample_tasks.h"
 
 #include <string>
 #include <vector>
@@ -37,10 +36,5 @@ std::string status_report(const std::vector<ShardStatus>& shards);
 /// as inputs. Throws InputError when a shard is missing, incomplete or made from other inputs or options than the
 /// first, or when `dataset` exists and is not a virtual one, unless `force`.
 DeformationSet merge_shards(const std::string& dataset, const Splits& splits, Provenance provenance, bool force);
-
-/// Reads everything: every pair of the splits once and no other, every coordinate finite, no two samples alike, all
-/// statistics there, and of a virtual dataset every shard unchanged since it was merged and made with the same key.
-/// One sentence for each defect.
-std::vector<std::string> check_dataset(const std::string& dataset, const Splits& splits);
 
 }  // namespace ndg

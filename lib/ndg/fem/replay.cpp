@@ -2,13 +2,8 @@
 #include "ndg/fem/replay.h"
 
 #include "ndg/core/error.h"
-#include "ndg/deform/baselines.h"
-#include "ndg/deform/rest_cache.h"
 
-#include <algorithm>
 #include <chrono>
-#include <cmath>
-#include <filesystem>
 
 namespace ndg {
 
@@ -69,34 +64,6 @@ std::string replay_report(const Replay& replay)
         describe(newton.stop), newton.residual_newton, newton.residual_relative, newton.iterations,
         newton.factorizations, replay.result.inverted_prisms, replay.seconds);
     return text;
-}
-
-std::string compare_with_stored(const Replay& replay, const std::string& dataset)
-{
-    if (!replay.failure.empty() || !std::filesystem::exists(dataset)) return "";
-    const DeformationSet set = open_deformations(dataset);
-    for (int i = 0; i < set.size(); ++i) {
-        const auto place = static_cast<std::size_t>(i);
-        const SamplePair& pair = set.pairs[place];
-        if (pair.body_idx != replay.task.pair.body_idx || pair.pose_idx != replay.task.pair.pose_idx ||
-            set.pair_splits[place] != replay.task.split) {
-            continue;
-        }
-        require_input(set.num_volume_vertices == replay.result.vertices.rows(),
-                      "{}: samples have {} vertices, the template {}", dataset, set.num_volume_vertices,
-                      replay.result.vertices.rows());
-        const Eigen::Matrix<float, Eigen::Dynamic, 3, Eigen::RowMajor> now = replay.result.vertices.cast<float>();
-        const std::vector<float> stored = set.coordinates(i);
-        if (std::equal(stored.begin(), stored.end(), now.data())) {
-            return fmt::format("{}: holds the same vertices, bit for bit\n", dataset);
-        }
-        double largest = 0;
-        for (std::size_t k = 0; k < stored.size(); ++k) {
-            largest = std::max(largest, std::abs(double(stored[k]) - double(now.data()[k])));
-        }
-        return fmt::format("{}: holds other vertices, up to {:.3g} m away\n", dataset, largest);
-    }
-    return "";
 }
 
 void write_replay(const std::string& path, const Replay& replay, const Provenance& provenance)

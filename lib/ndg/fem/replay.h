@@ -26,9 +26,6 @@ Replay replay_sample(const Template& body_template, const BodySet& bodies, const
 /// The table of iterations (of the last solve, where there were load steps) and the figures of the result.
 std::string replay_report(const Replay& replay);
 
-/// Whether the vertices are, bit for bit, those `dataset` holds for the pair, in a sentence; "" where it has none.
-std::string compare_with_stored(const Replay& replay, const std::string& dataset);
-
 /// A deformation file to look at: sample 0 is the start, sample 1 the result (none where the sample failed).
 void write_replay(const std::string& path, const Replay& replay, const Provenance& provenance);
 

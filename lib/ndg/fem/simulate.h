@@ -3,9 +3,9 @@
 #pragma once
 
 #include "ndg/body/pose_set.h"
-#include "ndg/dataset/deformation_file.h"
-#include "ndg/dataset/splits.h"
 #include "ndg/body/template.h"
+#include "ndg/dataset/deformation_file.h"
+#include "ndg/dataset/sample_tasks.h"
 #include "ndg/fem/simulator.h"
 
 #include <functional>
@@ -13,22 +13,6 @@
 #include <vector>
 
 namespace ndg {
-
-/// Every `count`-th pair from `index` on; 0 <= index < count.
-struct Shard {
-    int index = 0, count = 1;
-};
-/// "i/n"; throws InputError for anything else.
-Shard parse_shard(const std::string& text);
-
-/// A pair with its split and its place in the list of all pairs of all splits.
-struct SampleTask {
-    int sample_idx = 0;
-    SamplePair pair;
-    std::string split;
-};
-/// All pairs in order of splits, of them those of the shard. Throws InputError when none is left.
-std::vector<SampleTask> sample_tasks(const Splits& splits, const Shard& shard);
 
 /// SHA-256 over program version, options and input hashes: what a finished sample depends on besides its pair.
 std::string simulation_key(const SimulationOptions& options, const Provenance& provenance);
