@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ndg/core/error.h"
 #include "ndg/core/tool.h"
-#include "ndg/fem/sample_shards.h"
+#include "ndg/simulation/sample_shards.h"
 
 int main(int argc, char** argv)
 {

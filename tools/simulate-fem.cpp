@@ -2,9 +2,9 @@
 #include "ndg/core/error.h"
 #include "ndg/core/interrupt.h"
 #include "ndg/core/tool.h"
-#include "ndg/fem/replay.h"
-#include "ndg/fem/sample_shards.h"
-#include "ndg/fem/simulation_parameters.h"
+#include "ndg/simulation/replay.h"
+#include "ndg/simulation/sample_shards.h"
+#include "ndg/simulation/simulation_parameters.h"
 
 int main(int argc, char** argv)
 {
