@@ -3,8 +3,8 @@
 #include "ndg/core/tool.h"
 #include "ndg/dataset/check_dataset.h"
 #include "ndg/dataset/shards.h"
-#include "ndg/fem/sample_part.h"
-#include "ndg/fem/simulate.h"
+#include "ndg/simulation/sample_part.h"
+#include "ndg/simulation/simulate.h"
 
 int main(int argc, char** argv)
 {

@@ -4,8 +4,8 @@
 #include "ndg/core/tool.h"
 #include "ndg/dataset/check_dataset.h"
 #include "ndg/dataset/shards.h"
-#include "ndg/fem/replay.h"
-#include "ndg/fem/simulation_parameters.h"
+#include "ndg/simulation/replay.h"
+#include "ndg/simulation/simulation_parameters.h"
 
 int main(int argc, char** argv)
 {

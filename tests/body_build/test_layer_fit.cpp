@@ -173,15 +173,16 @@ TEST_CASE("A skin that fails is set apart, and people must be known", "[layers]"
     std::vector<Person> people = people_of_skins(skins, "skins.h5", {});
     CHECK(people[0].sex == 1.0);
     CHECK(people[1].age_years == 50.0);
-    const LayerBatchOptions options{folder.file("bodies.h5"), "settings"};
+    const std::string output = folder.file("bodies.h5");
+    const PartStore store(output, "bodies", "key", false);
+    CHECK_THROWS_AS(build_layer_batch(builder, skins, people, store, [] { return true; }), Interrupted);
     // The tube has no landmarks to measure girths at, and the second skin is broken besides.
-    const LayerBatch batch = build_layer_batch(builder, skins, people, options, [] { return false; });
+    const LayerBatch batch = build_layer_batch(builder, skins, people, store, [] { return false; });
     CHECK(batch.bodies.bodies.empty());
     REQUIRE(batch.failures.size() == 2);
     CHECK_THAT(batch.failures[1], Contains("second") && Contains("not finite"));
-    CHECK_THROWS_AS(build_layer_batch(builder, skins, people, options, [] { return true; }), Interrupted);
-    remove_layer_parts(options);
-    CHECK_FALSE(std::filesystem::exists(options.output + ".parts"));
+    store.remove();
+    CHECK_FALSE(std::filesystem::exists(output + ".parts"));
 
     skins.parameters(1, 1) = 3.0;
     CHECK_THROWS_WITH(people_of_skins(skins, "skins.h5", {}), Contains("second") && Contains("sex 3"));

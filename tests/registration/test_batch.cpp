@@ -29,15 +29,16 @@ TEST_CASE("a batch reports bad scans, goes on, and starts again where it was sto
     options.nonrigid.iterations = 6;
     const BodyFitter fitter(test::skin_template(), options);
     BatchOptions batch;
-    batch.output = folder.file("out.h5");
-    const auto entries = fit_batch(fitter, files, options, skin.triangles, batch, [] { return false; });
+    const auto never = [] { return false; };
+    const PartStore store(folder.file("out.h5"), "scans", "key", false);
+    CHECK_THROWS_AS(fit_batch(fitter, files, options, skin.triangles, batch, store, [] { return true; }), Interrupted);
+    const auto entries = fit_batch(fitter, files, options, skin.triangles, batch, store, never);
     REQUIRE(entries.size() == 3);
     CHECK(entries[0].failure.empty());
     CHECK(entries[1].failure.find("b.obj") != std::string::npos);
     CHECK(entries[2].failure.find("c.stl") != std::string::npos);
-    CHECK_THROWS_AS(fit_batch(fitter, files, options, skin.triangles, batch, [] { return true; }), Interrupted);
     // From the part: the same numbers, its time included.
-    const auto again = fit_batch(fitter, files, options, skin.triangles, batch, [] { return false; });
+    const auto again = fit_batch(fitter, files, options, skin.triangles, batch, store, never);
     CHECK(again[0].fitted.report.seconds == entries[0].fitted.report.seconds);
     CHECK(again[0].fitted.body.skin_vertices == entries[0].fitted.body.skin_vertices);
     CHECK(batch_skins(again, false, [](const std::string&) { return std::make_pair(0.0, 30.0); }).bodies.size() == 1);
