@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ndg/core/error.h"
 #include "ndg/core/random.h"
-#include "ndg/motion/splits.h"
+#include "ndg/dataset/make_splits.h"
 
 #include <catch2/catch.hpp>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "ndg/motion/splits.h"
+#include "ndg/dataset/make_splits.h"
 
 #include "ndg/core/error.h"
 #include "ndg/core/random.h"
