@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "ndg/body_build/layer_batch.h"
 #include "ndg/core/error.h"
 #include "ndg/core/interrupt.h"
 #include "ndg/core/log.h"
 #include "ndg/core/tool.h"
+#include "ndg/layers/layer_batch.h"
 
 #include <fmt/format.h>
 

@@ -4,7 +4,7 @@
 #include "ndg/core/interrupt.h"
 #include "ndg/core/tool.h"
 #include "ndg/registration/batch_report.h"
-#include "ndg/registration/people.h"
+#include "ndg/scan/people.h"
 
 #include <fmt/format.h>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "ndg/body_source/body_sampling.h"
-#include "ndg/body_source/procedural_body.h"
 #include "ndg/core/tool.h"
+#include "ndg/people/body_sampling.h"
+#include "ndg/procedural/body.h"
 
 #include <fmt/format.h>
 

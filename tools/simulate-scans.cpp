@@ -3,9 +3,9 @@
 #include "ndg/core/error.h"
 #include "ndg/core/tool.h"
 #include "ndg/io/mesh.h"
-#include "ndg/registration/people.h"
-#include "ndg/registration/scan_simulation.h"
-#include "ndg/registration/scan_truth.h"
+#include "ndg/scan/people.h"
+#include "ndg/scan/scan_simulation.h"
+#include "ndg/scan/scan_truth.h"
 
 #include <fmt/format.h>
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ndg/core/error.h"
 #include "ndg/core/random.h"
+#include "ndg/geometry/rotation.h"
 #include "ndg/motion/clinical_angles.h"
 #include "ndg/motion/joint_limits.h"
-#include "ndg/motion/rotation.h"
 #include "support/support.h"
 
-#include "human.h"
+#include "motion/human.h"
 
 #include <catch2/catch.hpp>
 

@@ -2,13 +2,13 @@
 // Clinical angles and motions written by hand.
 #include "ndg/core/error.h"
 #include "ndg/core/file.h"
+#include "ndg/geometry/rotation.h"
 #include "ndg/motion/joint_limits.h"
 #include "ndg/motion/keyframes.h"
 #include "ndg/motion/motion_files.h"
-#include "ndg/motion/rotation.h"
 #include "support/support.h"
 
-#include "human.h"
+#include "motion/human.h"
 
 #include <catch2/catch.hpp>
 

@@ -2,8 +2,8 @@
 #include "ndg/core/error.h"
 #include "ndg/core/random.h"
 #include "ndg/core/threads.h"
+#include "ndg/geometry/rotation.h"
 #include "ndg/motion/pose_sampling.h"
-#include "ndg/motion/rotation.h"
 
 #include <catch2/catch.hpp>
 

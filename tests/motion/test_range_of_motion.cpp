@@ -4,7 +4,7 @@
 #include "ndg/motion/range_of_motion.h"
 #include "support/support.h"
 
-#include "human.h"
+#include "motion/human.h"
 
 #include <catch2/catch.hpp>
 

@@ -3,7 +3,7 @@
 #include "ndg/core/file.h"
 #include "ndg/io/mesh.h"
 #include "ndg/registration/batch_report.h"
-#include "ndg/registration/people.h"
+#include "ndg/scan/people.h"
 #include "registration/test_support.h"
 #include "support/support.h"
 

@@ -3,14 +3,13 @@
 #pragma once
 
 #include "ndg/body/template.h"
-#include "ndg/body_source/procedural_body.h"
 #include "ndg/geometry/closest_point.h"
-#include "ndg/geometry/remesh.h"
+#include "ndg/geometry/point_tree.h"
 #include "ndg/geometry/simplify.h"
 #include "ndg/geometry/triangle_mesh.h"
+#include "ndg/procedural/body.h"
 #include "ndg/registration/articulated_model.h"
-#include "ndg/registration/point_tree.h"
-#include "ndg/registration/scan_simulation.h"
+#include "ndg/scan/scan_simulation.h"
 
 #include <catch2/catch.hpp>
 

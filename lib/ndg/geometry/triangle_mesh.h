@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Plain functions on triangle meshes given as vertex and index arrays.
+// Triangle meshes, and plain functions on their vertex and index arrays.
 #pragma once
 
 #include "ndg/core/types.h"
@@ -10,6 +10,17 @@
 #include <vector>
 
 namespace ndg {
+
+struct TriangleMesh {
+    Points vertices;      ///< N x 3
+    Triangles triangles;  ///< T x 3
+};
+
+/// A mesh and a label for each triangle.
+struct LabelledMesh {
+    TriangleMesh mesh;
+    std::vector<int> triangle_labels;
+};
 
 /// Area-weighted unit normals of vertices, N x 3 (zero for unreferenced vertices).
 Points vertex_normals(const Eigen::Ref<const Points>& vertices, const Eigen::Ref<const Triangles>& triangles);

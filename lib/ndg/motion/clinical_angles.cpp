@@ -2,8 +2,8 @@
 #include "ndg/motion/clinical_angles.h"
 
 #include "ndg/core/error.h"
+#include "ndg/geometry/rotation.h"
 #include "ndg/motion/neutral_posture.h"
-#include "ndg/motion/rotation.h"
 
 #include <algorithm>
 #include <array>

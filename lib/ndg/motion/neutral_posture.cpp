@@ -2,7 +2,7 @@
 #include "ndg/motion/neutral_posture.h"
 
 #include "ndg/core/error.h"
-#include "ndg/motion/rotation.h"
+#include "ndg/geometry/rotation.h"
 
 #include <cmath>
 #include <string>

@@ -4,8 +4,8 @@
 #include "ndg/body/template.h"
 #include "ndg/registration/nonrigid_fit.h"
 #include "ndg/registration/rest_pose.h"
-#include "ndg/registration/scan.h"
 #include "ndg/registration/start_shape.h"
+#include "ndg/scan/scan.h"
 
 #include <string>
 #include <utility>
