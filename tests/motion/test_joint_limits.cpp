@@ -245,14 +245,15 @@ TEST_CASE("files of joint limits are checked")
         CHECK_THROWS_WITH(read_joint_limits(path), Contains("limits.json") && Contains(message));
     };
     check(R"("tail": {"long_axis": "y"})", "\"tail\" is not one of our joints");
-    check(R"("shin": {})", "\"shin\" has no \"long_axis\"");
-    check(R"("shin": {"long_axis": "w"})", "\"w\"");
-    check(R"("shin": {"long_axis": "y", "colour": 1})", "unknown key \"colour\"");
+    check(R"("shin": {})", "joints.shin: has no \"long_axis\"");
+    check(R"("shin": {"long_axis": "w"})", "joints.shin.long_axis: expected one of x | y | z, got \"w\"");
+    check(R"("shin": {"long_axis": "y", "colour": 1})", "joints.shin: unknown key \"colour\", did you mean \"cone\"?");
     check(R"("pelvis": {"long_axis": "y"})", "the root \"pelvis\"");
     check(R"("shin": {"long_axis": "y", "base": "toes"})", "not a joint above it");
-    check(R"("shin": {"long_axis": "y", "x": {"+": {"degrees": 20}}})", "has no source");
+    check(R"("shin": {"long_axis": "y", "x": {"+": {"degrees": 20}}})", "joints.shin.x.+: has no \"source\"");
     check(R"("shin": {"long_axis": "y", "x": {"+": {"degrees": 20, "source": "b"}}})", "source \"b\"");
-    check(R"("shin": {"long_axis": "y", "x": {"+": {"degrees": "x", "source": "a"}}})", "\"degrees\" of \"shin\"");
+    check(R"("shin": {"long_axis": "y", "x": {"+": {"degrees": "x", "source": "a"}}})",
+          "joints.shin.x.+.degrees: expected a number in [-180, 200], got \"x\"");
     check(R"("shin": {"long_axis": "y", "x": {"+": {"degrees": -20, "source": "a"}}})", "-10 to -20 degrees");
     check(R"("shin": {"long_axis": "y", "x": {"+": {"degrees": 170, "source": "a"}}})", "at most 160");
     std::ofstream(path) << "{";

@@ -289,18 +289,20 @@ TEST_CASE("joint maps are checked")
         CHECK_THROWS_WITH(read_joint_map(folder.file("map.json")), Contains("map.json") && Contains(message));
     };
     check("{", "not valid JSON");
-    check("[]", "is not a JSON object");
-    check("{}", "has no object \"joints\"");
+    check("[]", "map.json: expected an object, got []");
+    check("{}", "has no \"joints\"");
     check(R"({"jonts": {}})", "unknown key \"jonts\"");
     check(R"({"joints": {"tail": "x"}})", "\"tail\" is not one of our joints");
-    check(R"({"joints": {"pelvis": {"fraction": 1}}})", "\"pelvis\" has no \"source\"");
-    check(R"({"joints": {"pelvis": {"source": "a", "fraction": 2}}})", "fraction of \"pelvis\" is 2");
-    check(R"({"joints": {"pelvis": {"source": "a", "limit_degrees": 200}}})", "limit_degrees of \"pelvis\" is 200");
+    check(R"({"joints": {"pelvis": {"fraction": 1}}})", "joints.pelvis: has no \"source\"");
+    check(R"({"joints": {"pelvis": {"source": "a", "fraction": 2}}})",
+          "joints.pelvis.fraction: expected a number in [0, 1], got 2");
+    check(R"({"joints": {"pelvis": {"source": "a", "limit_degrees": 200}}})",
+          "joints.pelvis.limit_degrees: expected a number in (0, 180], got 200");
     check(R"({"joints": {"pelvis": {"source": "a", "toward": "head"}}})", "both or none");
     check(R"({"joints": {"pelvis": {"source": "a", "toward": "nose", "bone": ["a"]}}})", "\"nose\"");
-    check(R"({"joints": {"pelvis": {"source": "a", "twist": true}}})", "unknown key \"twist\" in pelvis");
+    check(R"({"joints": {"pelvis": {"source": "a", "twist": true}}})", "joints.pelvis: unknown key \"twist\"");
     check(R"({"joints": {"pelvis": "a"}})", "no entry for \"left_thigh\"");
-    check(R"({"skip_first_frames": -1, "joints": {}})", "skip_first_frames is -1");
+    check(R"({"skip_first_frames": -1, "joints": {}})", "skip_first_frames: expected an integer >= 0, got -1");
 
     const JointMap map = read_joint_map(maps_folder() + "/cmu.json");
     MotionClip clip = cmu_skeleton();

@@ -2,6 +2,7 @@
 #include "ndg/anatomical/fit.h"
 
 #include "ndg/core/error.h"
+#include "ndg/geometry/rotation.h"
 
 #include <Eigen/Dense>
 
@@ -69,11 +70,6 @@ Eigen::Matrix3d frame_along(const Eigen::Vector3d& axis, const Eigen::Vector3d& 
     return frame;
 }
 
-Eigen::Matrix3d swing(const Eigen::Vector3d& from, const Eigen::Vector3d& to)
-{
-    return Eigen::Quaterniond::FromTwoVectors(from, to).toRotationMatrix();
-}
-
 Eigen::Affine3d bone_transform(const Eigen::Vector3d& source_start, const Eigen::Vector3d& source_end,
                                const Eigen::Vector3d& target_start, const Eigen::Vector3d& target_end,
                                const Eigen::Matrix3d& rotation, double transverse_scale)
@@ -85,7 +81,7 @@ Eigen::Affine3d bone_transform(const Eigen::Vector3d& source_start, const Eigen:
     const Eigen::Matrix3d along = unit * unit.transpose();
     const Eigen::Matrix3d stretch = axial_scale * along + transverse_scale * (Eigen::Matrix3d::Identity() - along);
     Eigen::Affine3d transform;
-    transform.linear() = swing(rotation * unit, target_axis) * rotation * stretch;
+    transform.linear() = minimal_rotation(rotation * unit, target_axis) * rotation * stretch;
     transform.translation() = target_start - transform.linear() * source_start;
     return transform;
 }

@@ -23,9 +23,6 @@ Eigen::Affine3d fit_similarity(const Eigen::Ref<const Points>& from, const Eigen
 /// Throws Error when the two are parallel or zero.
 Eigen::Matrix3d frame_along(const Eigen::Vector3d& axis, const Eigen::Vector3d& reference);
 
-/// Smallest rotation that takes direction `from` to direction `to`.
-Eigen::Matrix3d swing(const Eigen::Vector3d& from, const Eigen::Vector3d& to);
-
 /// A bone between two joint centres goes to its new centres: `source_start` to `target_start`, `source_end` to
 /// `target_end`, scaled along by the ratio of the lengths and across by `transverse_scale`. `rotation` says how it is
 /// turned about its axis: its action on the source axis is first corrected by the smallest rotation.

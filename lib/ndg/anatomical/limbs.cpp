@@ -3,6 +3,7 @@
 
 #include "ndg/anatomical/fit.h"
 #include "ndg/core/error.h"
+#include "ndg/geometry/rotation.h"
 #include "ndg/geometry/triangle_mesh.h"
 
 #include <algorithm>
@@ -15,13 +16,6 @@ using Eigen::Vector3d;
 
 /// Soft tissue in front of the last bone of a toe, m.
 constexpr double toe_pulp = 0.004;
-
-/// Rotation of `rotation` about `axis` alone (swing-twist decomposition), radians.
-double twist_angle(const Eigen::Matrix3d& rotation, const Vector3d& axis)
-{
-    const Eigen::Quaterniond q(rotation);
-    return 2.0 * std::atan2(q.vec().dot(axis.normalized()), q.w());
-}
 
 Eigen::Matrix3d rotation_part(const Eigen::Matrix3d& linear)
 {
@@ -226,7 +220,7 @@ void LimbFit::fit_arm()
     const Vector3d source_flexion = lateral_ * (source("medial_epicondyle") - source("lateral_epicondyle"));
     Vector3d flexion = upper.normalized().cross(lower.normalized());
     constexpr double smallest_bend = 0.09;  // 5 degrees; a straighter arm does not tell its plane
-    if (flexion.norm() < smallest_bend) flexion = swing(source_upper, upper) * source_flexion;
+    if (flexion.norm() < smallest_bend) flexion = minimal_rotation(source_upper, upper) * source_flexion;
     const Eigen::Matrix3d humerus_rotation =
         frame_along(upper, flexion) * frame_along(source_upper, source_flexion).transpose();
     set("upper_arm",
@@ -241,10 +235,9 @@ void LimbFit::fit_arm()
         if (part.side == side_ && part.name.find("scapula") != std::string::npos && part.layer == "bone")
             blade = part.vertices.colwise().mean().transpose();
     const Eigen::Matrix3d on_ribs =
-        swing(blade - source("upper_arm"), trunk_.trunk(blade) + off_ribs - joint("upper_arm"));
+        minimal_rotation(blade - source("upper_arm"), trunk_.trunk(blade) + off_ribs - joint("upper_arm"));
     Eigen::Affine3d scapula;
-    scapula.linear() =
-        stature_scale_ * Eigen::AngleAxisd(lateral_ * upward, Vector3d::UnitZ()).toRotationMatrix() * on_ribs;
+    scapula.linear() = stature_scale_ * about_z(lateral_ * upward) * on_ribs;
     scapula.translation() = joint("upper_arm") - scapula.linear() * source("upper_arm");
     set("scapula", scapula);
     set("clavicle", bone(source("clavicle"), source("acromion_end"), trunk_.trunk(source("clavicle")),
@@ -269,7 +262,7 @@ void LimbFit::fit_forearm(const Vector3d& flexion_axis, const Vector3d& source_f
     const Vector3d ulnar_head = joint("hand") - scale * (hand_rotation * (source("hand") - source("ulnar_head")));
     set("ulna", bone(source("forearm"), source("ulnar_head"), joint("forearm"), ulnar_head, elbow_rotation));
     const Vector3d radial_head = get("ulna") * source("radial_head");
-    const double pronation = twist_angle(hand_rotation * elbow_rotation.transpose(), forearm);
+    const double pronation = twist_angle(hand_rotation * elbow_rotation.transpose(), forearm.normalized());
     const Eigen::Matrix3d radius_rotation =
         Eigen::AngleAxisd(pronation, forearm.normalized()).toRotationMatrix() * elbow_rotation;
     set("radius", bone(source("radial_head"), source("hand"), radial_head, joint("hand"), radius_rotation));

@@ -17,6 +17,19 @@ double rotation_angle(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b)
     return rotation_angle(to_quaternion(a), to_quaternion(b));
 }
 
+Eigen::Matrix3d about_x(double angle)
+{
+    return Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitX()).toRotationMatrix();
+}
+Eigen::Matrix3d about_y(double angle)
+{
+    return Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitY()).toRotationMatrix();
+}
+Eigen::Matrix3d about_z(double angle)
+{
+    return Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+}
+
 Eigen::Quaterniond to_quaternion(const Eigen::Matrix3d& rotation)
 {
     return Eigen::Quaterniond(rotation).normalized();

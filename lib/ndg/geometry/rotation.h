@@ -10,6 +10,11 @@ namespace ndg {
 double rotation_angle(const Eigen::Quaterniond& a, const Eigen::Quaterniond& b);
 double rotation_angle(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b);
 
+/// Rotation by `angle` radians about a coordinate axis.
+Eigen::Matrix3d about_x(double angle);
+Eigen::Matrix3d about_y(double angle);
+Eigen::Matrix3d about_z(double angle);
+
 /// Unit quaternion of a rotation matrix.
 Eigen::Quaterniond to_quaternion(const Eigen::Matrix3d& rotation);
 

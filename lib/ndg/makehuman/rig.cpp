@@ -3,13 +3,11 @@
 
 #include "ndg/body/skeleton.h"
 #include "ndg/core/error.h"
+#include "ndg/core/json_file.h"
 #include "ndg/geometry/triangle_mesh.h"
-
-#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <array>
-#include <fstream>
 
 namespace ndg {
 
@@ -134,21 +132,11 @@ RowMatrix makehuman_weights(const std::string& path, const Eigen::Ref<const Poin
                             const Eigen::Ref<const Points>& joint_positions)
 {
     const Skeleton& skeleton = standard_skeleton();
-    std::ifstream file(path);
-    require_input(file.good(), "{}: cannot be opened", path);
-    nlohmann::json json;
-    try {
-        json = nlohmann::json::parse(file);
-    } catch (const nlohmann::json::exception& error) {
-        throw InputError(fmt::format("{}: not valid JSON: {}", path, error.what()));
-    }
-    require_input(json.is_object() && json.contains("weights") && json["weights"].is_object(),
-                  "{}: has no object 'weights'", path);
     const auto chains = chain_of_bone();
     RowMatrix weights = RowMatrix::Zero(vertices.rows(), skeleton.num_joints());
-    for (const auto& [bone, entries] : json["weights"].items()) {
+    for (const auto& [bone, entries] : JsonValue(path).at("weights").members()) {
         const auto chain = chains.find(bone);
-        require_input(chain != chains.end(), "{}: unknown bone '{}'", path, bone);
+        require_input(chain != chains.end(), "{}: unknown bone", entries.where());
         std::vector<int> joints;
         std::vector<Eigen::RowVector3d> nodes;
         for (const std::string& name : chain->second.joints) {
@@ -156,12 +144,10 @@ RowMatrix makehuman_weights(const std::string& path, const Eigen::Ref<const Poin
             nodes.emplace_back(joint_positions.row(joints.back()));
         }
         if (!chain->second.end.empty()) nodes.emplace_back(joint_positions.row(skeleton.joint(chain->second.end)));
-        for (const auto& entry : entries) {
-            require_input(entry.is_array() && entry.size() == 2 && entry[0].is_number_integer() && entry[1].is_number(),
-                          "{}: bone '{}': '{}' is not [vertex, weight]", path, bone, entry.dump());
-            const long vertex = entry[0].get<long>();
-            const double weight = entry[1].get<double>();
-            require_input(vertex >= 0 && weight >= 0.0, "{}: bone '{}': bad entry {}", path, bone, entry.dump());
+        for (const JsonValue& entry : entries.elements()) {
+            const std::vector<JsonValue> pair = entry.elements(2);
+            const int vertex = pair[0].integer(0);
+            const double weight = pair[1].number(0.0);
             if (vertex >= vertices.rows()) continue;  // helper geometry, not part of the body
             if (joints.size() == 1) {
                 weights(vertex, joints[0]) += weight;

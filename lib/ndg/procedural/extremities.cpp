@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Head, hands and feet of the procedural skin; positions are metres on the drawing board of 1.70 m.
+#include "ndg/geometry/rotation.h"
 #include "ndg/procedural/skin.h"
 
 #include <algorithm>
@@ -7,16 +8,6 @@
 #include <cmath>
 
 namespace ndg {
-
-namespace {
-
-/// Rotation about x that tips +y towards +z by `angle` radians.
-Eigen::Matrix3d tipped(double angle)
-{
-    return Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitX()).toRotationMatrix();
-}
-
-}  // namespace
 
 void add_head(Field& field, const BodyLayout& layout)
 {
@@ -98,7 +89,7 @@ void add_head(Field& field, const BodyLayout& layout)
     // Ears: shell with a hollow, lobe.
     field.begin_group(0.007 * u, Field::Side::mirrored, skin_head);
     Ellipsoid shell{at(0.0785, 1.5760, -0.0100), radii(0.0078, 0.0300, 0.0180)};
-    shell.axes = Eigen::AngleAxisd(-0.45, Eigen::Vector3d::UnitY()).toRotationMatrix() * tipped(-0.18);
+    shell.axes = about_y(-0.45) * about_x(-0.18);
     field.add(shell, 0.006 * u);
     field.add(Ellipsoid{at(0.0745, 1.5500, -0.0030), radii(0.0052, 0.0090, 0.0080)}, 0.006 * u);
     Ellipsoid hollow{at(0.0855, 1.5740, -0.0030), radii(0.0070, 0.0170, 0.0085)};

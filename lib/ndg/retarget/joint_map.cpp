@@ -3,6 +3,7 @@
 
 #include "ndg/body/skeleton.h"
 #include "ndg/core/error.h"
+#include "ndg/core/json_file.h"
 
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
@@ -10,128 +11,57 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 
 namespace ndg {
 
 namespace {
 
-using nlohmann::json;
+bool is_our_joint(const std::string& name)
+{
+    const auto& names = standard_skeleton().joint_names;
+    return std::find(names.begin(), names.end(), name) != names.end();
+}
 
-class MapReader {
-public:
-    explicit MapReader(const std::string& path) { map_.path = path; }
+/// [from, to], or [from] for the tip of the bone.
+void read_pair(const JsonValue& value, std::string& from, std::string& to)
+{
+    const std::vector<JsonValue> names = value.elements();
+    value.expect(names.size() == 1 || names.size() == 2, "one or two joint names");
+    from = names[0].text();
+    if (names.size() == 2) to = names[1].text();
+}
 
-    JointMap read(const json& root)
-    {
-        check_keys(root, {"description", "skip_first_frames", "without", "joints"}, "the map");
-        if (root.contains("skip_first_frames")) {
-            const json& skip = root["skip_first_frames"];
-            require_input(skip.is_number_integer() && skip >= 0, "{}: skip_first_frames is {}, not a count", map_.path,
-                          skip.dump());
-            map_.skip_first_frames = skip.get<int>();
-        }
-        if (root.contains("without")) {
-            require_input(root["without"].is_array(), "{}: \"without\" is {}, not a list of joints", map_.path,
-                          root["without"].dump());
-            for (const json& joint : root["without"]) {
-                require_input(joint.is_string(), "{}: \"without\" has the entry {}, no joint", map_.path, joint.dump());
-                map_.without.push_back(joint.get<std::string>());
-            }
-        }
-        require_input(root.contains("joints") && root["joints"].is_object(), "{}: has no object \"joints\"", map_.path);
-        for (const auto& [joint, value] : root["joints"].items()) map_.entries.push_back(read_entry(joint, value));
-        // Pelvis, hips, knees and ankles carry the root's motion and the leg length.
-        for (const char* joint :
-             {"pelvis", "left_thigh", "right_thigh", "left_shin", "right_shin", "left_foot", "right_foot"}) {
-            require_input(map_.find(joint) != nullptr, "{}: has no entry for \"{}\"", map_.path, joint);
-        }
-        return map_;
-    }
-
-private:
-    JointMapEntry read_entry(const std::string& joint, const json& value) const
-    {
-        const auto& names = standard_skeleton().joint_names;
-        require_input(std::find(names.begin(), names.end(), joint) != names.end(),
-                      "{}: \"{}\" is not one of our joints", map_.path, joint);
-        JointMapEntry entry;
-        entry.joint = joint;
-        if (value.is_string()) {
-            entry.source = value.get<std::string>();
-            return entry;
-        }
-        check_keys(value,
-                   {"source", "blend_with", "fraction", "twist_only", "toward", "bone", "sole", "up", "limit_degrees"},
-                   joint);
-        require_input(value.contains("source"), "{}: joint \"{}\" has no \"source\"", map_.path, joint);
-        entry.source = text(value, "source", joint);
-        entry.blend_with = text(value, "blend_with", joint);
-        if (value.contains("fraction")) {
-            const json& fraction = value["fraction"];
-            require_input(fraction.is_number() && fraction >= 0.0 && fraction <= 1.0,
-                          "{}: fraction of \"{}\" is {}, not a number in [0, 1]", map_.path, joint, fraction.dump());
-            entry.fraction = fraction.get<double>();
-        }
-        if (value.contains("limit_degrees")) {
-            const json& limit = value["limit_degrees"];
-            require_input(limit.is_number() && limit > 0.0 && limit <= 180.0,
-                          "{}: limit_degrees of \"{}\" is {}, not a number in (0, 180]", map_.path, joint,
-                          limit.dump());
-            entry.limit = limit.get<double>() * M_PI / 180.0;
-        }
-        entry.twist_only = flag(value, "twist_only", joint);
-        entry.sole = flag(value, "sole", joint);
-        entry.toward = text(value, "toward", joint);
-        require_input(entry.toward.empty() || std::find(names.begin(), names.end(), entry.toward) != names.end(),
-                      "{}: \"toward\" of \"{}\" is \"{}\", not one of our joints", map_.path, joint, entry.toward);
-        require_input(entry.toward.empty() != value.contains("bone"),
-                      "{}: joint \"{}\" must have both or none of \"toward\" and \"bone\"", map_.path, joint);
-        if (value.contains("bone")) pair(value["bone"], "bone", joint, entry.bone_from, entry.bone_to);
-        if (value.contains("up")) pair(value["up"], "up", joint, entry.up_from, entry.up_to);
-        require_input(!entry.sole || !entry.toward.empty(), "{}: joint \"{}\" has \"sole\" without \"toward\"",
-                      map_.path, joint);
+JointMapEntry read_entry(const std::string& joint, const JsonValue& value)
+{
+    require_input(is_our_joint(joint), "{}: \"{}\" is not one of our joints", value.where(), joint);
+    JointMapEntry entry;
+    entry.joint = joint;
+    if (value.is_text()) {
+        entry.source = value.text();
         return entry;
     }
-
-    void check_keys(const json& object, const std::vector<std::string>& known, const std::string& where) const
-    {
-        require_input(object.is_object(), "{}: {} is not a JSON object", map_.path, where);
-        for (const auto& item : object.items()) {
-            require_input(std::find(known.begin(), known.end(), item.key()) != known.end(),
-                          "{}: unknown key \"{}\" in {}", map_.path, item.key(), where);
-        }
+    value.check_keys(
+        {"source", "blend_with", "fraction", "twist_only", "toward", "bone", "sole", "up", "limit_degrees"});
+    entry.source = value.at("source").text();
+    entry.blend_with = value.text_or("blend_with", "");
+    entry.fraction = value.number_or("fraction", entry.fraction, 0.0, 1.0);
+    if (value.has("limit_degrees")) {
+        const JsonValue limit = value.at("limit_degrees");
+        limit.expect(limit.number() > 0.0 && limit.number() <= 180.0, "a number in (0, 180]");
+        entry.limit = limit.number() * M_PI / 180.0;
     }
-
-    std::string text(const json& value, const char* key, const std::string& joint) const
-    {
-        if (!value.contains(key)) return "";
-        require_input(value[key].is_string(), "{}: \"{}\" of \"{}\" is {}, not text", map_.path, key, joint,
-                      value[key].dump());
-        return value[key].get<std::string>();
-    }
-
-    bool flag(const json& value, const char* key, const std::string& joint) const
-    {
-        if (!value.contains(key)) return false;
-        require_input(value[key].is_boolean(), "{}: \"{}\" of \"{}\" is {}, not true or false", map_.path, key, joint,
-                      value[key].dump());
-        return value[key].get<bool>();
-    }
-
-    /// [from, to], or [from] for the tip of the bone.
-    void pair(const json& value, const char* key, const std::string& joint, std::string& from, std::string& to) const
-    {
-        const bool valid = value.is_array() && (value.size() == 1 || value.size() == 2) && value[0].is_string() &&
-                           value[value.size() - 1].is_string();
-        require_input(valid, "{}: \"{}\" of \"{}\" is {}, not one or two joint names", map_.path, key, joint,
-                      value.dump());
-        from = value[0].get<std::string>();
-        if (value.size() == 2) to = value[1].get<std::string>();
-    }
-
-    JointMap map_;
-};
+    entry.twist_only = value.flag_or("twist_only", false);
+    entry.sole = value.flag_or("sole", false);
+    entry.toward = value.text_or("toward", "");
+    require_input(entry.toward.empty() || is_our_joint(entry.toward), "{}: \"toward\" is \"{}\", not one of our joints",
+                  value.where(), entry.toward);
+    require_input(entry.toward.empty() != value.has("bone"), "{}: must have both or none of \"toward\" and \"bone\"",
+                  value.where());
+    if (value.has("bone")) read_pair(value.at("bone"), entry.bone_from, entry.bone_to);
+    if (value.has("up")) read_pair(value.at("up"), entry.up_from, entry.up_to);
+    require_input(!entry.sole || !entry.toward.empty(), "{}: has \"sole\" without \"toward\"", value.where());
+    return entry;
+}
 
 }  // namespace
 
@@ -145,23 +75,29 @@ const JointMapEntry* JointMap::find(const std::string& joint) const
 
 JointMap read_joint_map(const std::string& path)
 {
-    std::ifstream file(path);
-    require_input(file.good(), "{}: cannot be read", path);
-    json root;
-    try {
-        root = json::parse(file);
-    } catch (const json::exception& error) {
-        throw InputError(fmt::format("{}: is not valid JSON: {}", path, error.what()));
+    const JsonValue root(path);
+    root.check_keys({"description", "skip_first_frames", "without", "joints"});
+    JointMap map;
+    map.path = path;
+    if (root.has("skip_first_frames")) map.skip_first_frames = root.at("skip_first_frames").integer(0);
+    if (root.has("without")) {
+        for (const JsonValue& joint : root.at("without").elements()) map.without.push_back(joint.text());
     }
-    return MapReader(path).read(root);
+    for (const auto& [joint, value] : root.at("joints").members()) map.entries.push_back(read_entry(joint, value));
+    // Pelvis, hips, knees and ankles carry the root's motion and the leg length.
+    for (const char* joint :
+         {"pelvis", "left_thigh", "right_thigh", "left_shin", "right_shin", "left_foot", "right_foot"}) {
+        require_input(map.find(joint) != nullptr, "{}: has no entry for \"{}\"", path, joint);
+    }
+    return map;
 }
 
 std::string joint_map_json(const JointMap& map, const std::string& description)
 {
-    const auto quoted = [](const std::string& text) { return json(text).dump(); };
+    const auto quoted = [](const std::string& text) { return nlohmann::json(text).dump(); };
     std::string text = "{\n  \"description\": " + quoted(description) + ",\n";
     if (map.skip_first_frames > 0) text += fmt::format("  \"skip_first_frames\": {},\n", map.skip_first_frames);
-    if (!map.without.empty()) text += "  \"without\": " + json(map.without).dump() + ",\n";
+    if (!map.without.empty()) text += "  \"without\": " + nlohmann::json(map.without).dump() + ",\n";
     text += "  \"joints\": {\n";
     for (std::size_t k = 0; k < map.entries.size(); ++k) {
         const JointMapEntry& entry = map.entries[k];

@@ -3,6 +3,7 @@
 
 #include "ndg/core/error.h"
 #include "ndg/core/log.h"
+#include "ndg/geometry/rotation.h"
 #include "ndg/geometry/triangle_mesh.h"
 #include "ndg/io/mesh.h"
 #include "ndg/scan/scan_normals.h"
@@ -179,8 +180,8 @@ Eigen::Matrix3d rotation_to_y_up(const std::string& up)
     require_input((up.size() == 1 || negative) && axis >= 'x' && axis <= 'z', "\"{}\" is not an axis", up);
     Eigen::Vector3d direction = Eigen::Vector3d::Zero();
     direction[axis - 'x'] = negative ? -1.0 : 1.0;
-    if (axis == 'y' && negative) return Eigen::AngleAxisd(EIGEN_PI, Eigen::Vector3d::UnitX()).toRotationMatrix();
-    return Eigen::Quaterniond::FromTwoVectors(direction, Eigen::Vector3d::UnitY()).toRotationMatrix();
+    if (axis == 'y' && negative) return about_x(EIGEN_PI);
+    return minimal_rotation(direction, Eigen::Vector3d::UnitY());
 }
 
 ScanPoints prepare_scan(const std::string& name, const Eigen::Ref<const Points>& vertices,

@@ -3,6 +3,7 @@
 
 #include "ndg/core/error.h"
 #include "ndg/core/random.h"
+#include "ndg/geometry/rotation.h"
 #include "ndg/geometry/triangle_mesh.h"
 #include "ndg/scan/retriangulate.h"
 
@@ -126,8 +127,7 @@ SimulatedScan simulate_scan(const SkinnedSurface& skin, const ScanSimulationOpti
     SimulatedScan result;
     result.pose = random_pose(skin.joint_positions, options.pose_angle, pose_random);
     if (options.place) {
-        result.pose.parent_from_joint[0] =
-            Eigen::AngleAxisd(place_random.uniform(0.0, 2.0 * EIGEN_PI), Eigen::Vector3d::UnitY()).toRotationMatrix();
+        result.pose.parent_from_joint[0] = about_y(place_random.uniform(0.0, 2.0 * EIGEN_PI));
         for (int k = 0; k < 3; ++k) result.pose.root_translation[k] = place_random.uniform(-0.5, 0.5);
     }
     const auto world_from_rest = forward_kinematics(standard_skeleton(), skin.joint_positions, result.pose);
