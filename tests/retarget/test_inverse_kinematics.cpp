@@ -53,6 +53,11 @@ Rotations random_rotations(Random& random, double size, const std::vector<int>& 
 
 }  // namespace
 
+TEST_CASE("goals that are no joints below free ones are refused")
+{
+    CHECK_THROWS_AS(InverseKinematics(standard_skeleton(), human_joints(), {1, 2}, {3}), Error);
+}
+
 TEST_CASE("goal positions are those of forward kinematics")
 {
     Random random(1, "kinematics");
@@ -191,18 +196,4 @@ TEST_CASE("what is in place stays, and twists are the reference's")
     world[forearm] = world[forearm] * rotation_of(0.6 * bone);
     wrist.solve(follow, wrist.positions(follow), world);
     CHECK(rotation_angle(world[forearm], follow[forearm]) < 1e-6);
-}
-
-TEST_CASE("rotation vectors and rotations invert each other")
-{
-    Random random(6, "rotations");
-    for (const double size : {1e-9, 1e-4, 0.5, 1.7}) {
-        const Eigen::Vector3d vector = random_vector(random, size);
-        if (vector.norm() > M_PI) continue;
-        CHECK((rotation_vector(rotation_of(vector)) - vector).norm() < 1e-12 + 1e-9 * vector.norm());
-    }
-    CHECK(rotation_vector(Eigen::Matrix3d::Identity()).norm() == 0.0);
-    const Eigen::Vector3d half_turn(0.0, M_PI, 0.0);
-    CHECK(rotation_vector(rotation_of(half_turn)).norm() == Approx(M_PI));
-    CHECK_THROWS_AS(InverseKinematics(standard_skeleton(), human_joints(), {1, 2}, {3}), Error);
 }

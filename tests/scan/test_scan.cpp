@@ -1,26 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ndg/core/error.h"
 #include "ndg/core/random.h"
-#include "ndg/geometry/point_tree.h"
-#include "ndg/registration/articulated_model.h"
-#include "ndg/registration/rest_pose.h"
+#include "ndg/geometry/closest_point.h"
+#include "ndg/geometry/triangle_mesh.h"
 #include "ndg/scan/scan.h"
 #include "ndg/scan/scan_normals.h"
-#include "registration/test_support.h"
+#include "ndg/scan/scan_simulation.h"
+#include "scan/template_skin.h"
 
-#include <algorithm>
+#include <catch2/catch.hpp>
+
+#include <cmath>
 
 using namespace ndg;
 
 namespace {
-
-Points random_points(int count, std::uint64_t seed)
-{
-    Random random(seed, "test points");
-    Points points(count, 3);
-    for (Eigen::Index i = 0; i < points.size(); ++i) points.data()[i] = random.uniform(-1.0, 1.0);
-    return points;
-}
 
 /// Points on the ellipsoid with these half axes.
 Points ellipsoid(int count, const Eigen::RowVector3d& half_axes)
@@ -36,25 +30,6 @@ Points ellipsoid(int count, const Eigen::RowVector3d& half_axes)
 }
 
 }  // namespace
-
-TEST_CASE("the nearest points are those found by comparing all")
-{
-    const Points points = random_points(700, 1), queries = random_points(60, 2);
-    const PointTree tree(points);
-    for (Eigen::Index q = 0; q < queries.rows(); ++q) {
-        std::vector<std::pair<double, int>> all;
-        for (Eigen::Index i = 0; i < points.rows(); ++i) {
-            all.emplace_back((points.row(i) - queries.row(q)).squaredNorm(), static_cast<int>(i));
-        }
-        std::sort(all.begin(), all.end());
-        const Eigen::Vector3d query = queries.row(q).transpose();
-        CHECK(tree.nearest(query).idx == all[0].second);
-        const auto found = tree.nearest(query, 9);
-        REQUIRE(found.size() == 9);
-        for (std::size_t k = 0; k < 9; ++k) CHECK(found[k].idx == all[k].second);
-    }
-    CHECK(tree.nearest(Eigen::Vector3d::Zero(), 5000).size() == 700);
-}
 
 TEST_CASE("normals of a point cloud point outwards")
 {
@@ -134,42 +109,4 @@ TEST_CASE("a simulated scan lies on the posed skin and depends on seed and body 
         squares += std::pow(tree.closest(noisy.scan.vertices.row(i).transpose()).distance, 2);
     }
     CHECK(std::sqrt(squares / double(noisy.scan.vertices.rows())) == Approx(0.002).epsilon(0.1));
-}
-
-TEST_CASE("inverse skinning undoes skinning, and joints follow a scaled skin")
-{
-    const SkinnedSurface& skin = test::template_skin();
-    const ArticulatedModel model(skin);
-    Eigen::VectorXd parameters = Eigen::VectorXd::Zero(model.num_parameters());
-    CHECK((model.posed_vertices(parameters) - skin.vertices).cwiseAbs().maxCoeff() < 1e-12);
-    Random random(9, "parameters");
-    for (Eigen::Index p = 0; p < parameters.size(); ++p) parameters[p] = 0.08 * random.normal();
-    const auto world_from_rest =
-        forward_kinematics(standard_skeleton(), model.rest_joints(parameters), model.pose(parameters));
-    const Points posed = model.posed_vertices(parameters);
-    const Points rest = unpose(posed, skin.weights, world_from_rest);
-    CHECK((rest - model.rest_vertices(parameters)).cwiseAbs().maxCoeff() < 1e-9);
-
-    const JointRegressor regressor(skin.vertices, skin.weights, skin.joint_positions);
-    CHECK((regressor.joints(skin.vertices) - skin.joint_positions).rowwise().norm().maxCoeff() < 1e-3);
-    const Points moved = (1.1 * skin.vertices).rowwise() + Eigen::RowVector3d(0.3, -0.2, 0.1);
-    const Points expected = (1.1 * skin.joint_positions).rowwise() + Eigen::RowVector3d(0.3, -0.2, 0.1);
-    CHECK((regressor.joints(moved) - expected).rowwise().norm().maxCoeff() < 2e-3);
-}
-
-TEST_CASE("the model's derivative for a joint is rotation about that joint")
-{
-    const SkinnedSurface& skin = test::template_skin();
-    const ArticulatedModel model(skin);
-    const Eigen::VectorXd rest = Eigen::VectorXd::Zero(model.num_parameters());
-    const std::vector<int> rows = {0, 50, 200, 500};
-    const Eigen::MatrixXd jacobian = model.jacobian(rest, rows);
-    for (std::size_t i = 0; i < rows.size(); ++i) {
-        const Eigen::Vector3d arm = (skin.vertices.row(rows[i]) - skin.joint_positions.row(0)).transpose();
-        for (int axis = 0; axis < 3; ++axis) {
-            const Eigen::Vector3d expected = Eigen::Vector3d::Unit(axis).cross(arm);
-            CHECK((jacobian.block<3, 1>(3 * Eigen::Index(i), axis) - expected).norm() < 1e-6);
-        }
-        CHECK((jacobian.block<3, 1>(3 * Eigen::Index(i), 6) - arm).norm() < 1e-6);
-    }
 }

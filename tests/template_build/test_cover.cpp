@@ -1,54 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "ndg/body_source/skin_depth.h"
+#include "body_source/capsule.h"
 #include "ndg/core/error.h"
 #include "ndg/geometry/triangle_mesh.h"
 #include "ndg/template_build/cover.h"
 
 #include <catch2/catch.hpp>
 
-#include <algorithm>
-#include <cmath>
-
 using namespace ndg;
-
-namespace {
-
-/// A capsule around the segment from (0, -half, 0) to (0, half, 0), outward; a ball for half = 0.
-AnatomyMesh capsule(const std::string& name, const std::string& layer, double radius, double half,
-                    const Eigen::RowVector3d& centre, int rings = 30, int segments = 36)
-{
-    AnatomyMesh part;
-    part.name = name;
-    part.layer = layer;
-    part.vertices.resize(rings * segments + 2, 3);
-    for (int r = 0; r < rings; ++r)
-        for (int s = 0; s < segments; ++s) {
-            const double polar = M_PI * (r + 1) / (rings + 1), around = 2 * M_PI * s / segments;
-            const double lift = half * std::clamp(std::cos(polar) * 2.0, -1.0, 1.0);
-            part.vertices.row(r * segments + s) =
-                centre + Eigen::RowVector3d(radius * std::sin(polar) * std::cos(around),
-                                            radius * std::cos(polar) + lift,
-                                            -radius * std::sin(polar) * std::sin(around));
-        }
-    const int top = rings * segments, bottom = top + 1;
-    part.vertices.row(top) = centre + Eigen::RowVector3d(0, radius + half, 0);
-    part.vertices.row(bottom) = centre - Eigen::RowVector3d(0, radius + half, 0);
-    part.triangles.resize(2 * rings * segments, 3);
-    Eigen::Index t = 0;
-    for (int s = 0; s < segments; ++s) {
-        const int next = (s + 1) % segments, last = (rings - 1) * segments;
-        part.triangles.row(t++) << top, s, next;
-        part.triangles.row(t++) << bottom, last + next, last + s;
-        for (int r = 0; r + 1 < rings; ++r) {
-            const int a = r * segments + s, b = r * segments + next, c = a + segments, d = b + segments;
-            part.triangles.row(t++) << a, c, b;
-            part.triangles.row(t++) << b, c, d;
-        }
-    }
-    return part;
-}
-
-}  // namespace
+using test::capsule;
 
 TEST_CASE("Cover pushes a ball that touches the skin inwards, and its neighbour with it")
 {
@@ -110,22 +69,4 @@ TEST_CASE("The same cover comes out twice, and bad options are refused")
     cover_with_skin(skin.vertices, skin.triangles, second, {});
     CHECK(first[0].vertices == second[0].vertices);
     CHECK_THROWS_AS(cover_with_skin(skin.vertices, skin.triangles, first, {0.0, 0.001}), InputError);
-}
-
-TEST_CASE("Air does not reach a cavity behind a narrow opening")
-{
-    // A hollow ball whose cavity is closed: its inner wall is no outer surface.
-    const AnatomyMesh outer = capsule("", "", 0.10, 0.0, {0, 0, 0});
-    AnatomyMesh inner = capsule("", "", 0.03, 0.0, {0, 0, 0});
-    inner.triangles.col(0).swap(inner.triangles.col(1));
-    Points vertices(outer.vertices.rows() + inner.vertices.rows(), 3);
-    vertices << outer.vertices, inner.vertices;
-    Triangles triangles(outer.triangles.rows() + inner.triangles.rows(), 3);
-    triangles << outer.triangles, (inner.triangles.array() + int(outer.vertices.rows())).matrix();
-    const SkinDepth skin(vertices, triangles);
-    CHECK(skin.at({0, 0, 0}, true).depth == Approx(-0.03).margin(1e-3));
-    CHECK(skin.at({0, 0, 0}, false).depth == Approx(0.10).margin(1e-3));
-    CHECK(skin.at({0.05, 0, 0}, true).depth == Approx(0.02).margin(1e-3));
-    CHECK(skin.at({0.05, 0, 0}, false).depth == Approx(0.05).margin(1e-3));
-    CHECK(skin.at({0.12, 0, 0}, false).depth == Approx(-0.02).margin(1e-3));
 }
