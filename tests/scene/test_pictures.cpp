@@ -76,21 +76,21 @@ TEST_CASE("A body in the rest pose has the geometry of the body at rest")
     CHECK_THROWS_AS(posed_geometry(poser, tube.rest, turned, tube.rest.volume_vertices.topRows(3)), Error);
 }
 
-TEST_CASE("The wraps and the anatomy become layers of their own")
+TEST_CASE("The wraps and the anatomy become surfaces of their own")
 {
     const Template tube = test::tube_template();
     const BodyGeometry geometry = rest_geometry(tube, tube.rest);
-    CHECK(muscle_wrap_layer(tube, geometry).vertices ==
+    CHECK(muscle_wrap_surface(tube, geometry).vertices ==
           tube.rest.volume_vertices.middleRows(tube.num_wrap_vertices(), tube.num_wrap_vertices()));
-    CHECK(bone_wrap_layer(tube, geometry).vertices == tube.rest.volume_vertices.topRows(tube.num_wrap_vertices()));
+    CHECK(bone_wrap_surface(tube, geometry).vertices == tube.rest.volume_vertices.topRows(tube.num_wrap_vertices()));
     CHECK(skin_shell(tube, geometry).opacity < 1);
     Eigen::Index num_triangles = 0;
-    for (const Layer& layer : anatomy_layers(tube, geometry)) {
-        CHECK_NOTHROW(check_layer(layer));
-        num_triangles += layer.triangles.rows();
+    for (const SceneSurface& surface : anatomy_surfaces(tube, geometry)) {
+        CHECK_NOTHROW(check_surface(surface));
+        num_triangles += surface.triangles.rows();
     }
     CHECK(num_triangles == tube.anatomy_triangles.rows());
-    const Layer coloured = volume_change_layer(tube, tube.rest, geometry, 0.3);
+    const SceneSurface coloured = volume_change_surface(tube, tube.rest, geometry, 0.3);
     CHECK(coloured.vertex_colours.rows() == tube.rest.skin_vertices.rows());
     CHECK((coloured.vertex_colours.row(tube.wrap_to_skin[0]).transpose() - diverging_colour(0)).norm() < 1e-5f);
 }

@@ -71,25 +71,26 @@ TEST_CASE("The silhouette of a sphere has the area of its disc")
     CHECK(covered * 4.0 / (300.0 * 300.0) == Approx(M_PI * disc * disc).epsilon(0.01));
 }
 
-TEST_CASE("The layer in front hides the one behind, whatever their order in the list")
+TEST_CASE("The surface in front hides the one behind, whatever their order in the list")
 {
-    const Layer near = square("near", 0.5, 1.0, red), far = square("far", 0.5, 0.0, blue);
+    const SceneSurface near = square("near", 0.5, 1.0, red), far = square("far", 0.5, 0.0, blue);
     for (const bool reversed : {false, true}) {
-        const std::vector<Layer> layers = reversed ? std::vector<Layer>{far, near} : std::vector<Layer>{near, far};
-        const Image image = render(layers, front_camera(), unlit(40));
+        const std::vector<SceneSurface> surfaces =
+            reversed ? std::vector<SceneSurface>{far, near} : std::vector<SceneSurface>{near, far};
+        const Image image = render(surfaces, front_camera(), unlit(40));
         CHECK(image.at(20, 20) == red_pixel);
         CHECK(image.at(2, 2) == white_pixel);
         Camera behind = front_camera();
         behind.position.z() = -5;
         behind.right *= -1;
         behind.backward *= -1;
-        CHECK(render(layers, behind, unlit(40)).at(20, 20) == blue_pixel);
+        CHECK(render(surfaces, behind, unlit(40)).at(20, 20) == blue_pixel);
     }
 }
 
 TEST_CASE("The image is upright: up is the top row, right the last column")
 {
-    Layer corner = square("corner", 0.2, 0.0, red);
+    SceneSurface corner = square("corner", 0.2, 0.0, red);
     corner.vertices.rowwise() += Eigen::RowVector3d(0.7, 0.7, 0);
     const Image image = render({corner}, front_camera(), unlit(40));
     CHECK(image.at(34, 5) == red_pixel);
@@ -97,9 +98,9 @@ TEST_CASE("The image is upright: up is the top row, right the last column")
     CHECK(image.at(5, 5) == white_pixel);
 }
 
-TEST_CASE("Translucent layers blend front to back in linear light")
+TEST_CASE("Translucent surfaces blend front to back in linear light")
 {
-    Layer near = square("near", 0.5, 1.0, red), far = square("far", 0.5, 0.0, blue);
+    SceneSurface near = square("near", 0.5, 1.0, red), far = square("far", 0.5, 0.0, blue);
     near.opacity = 0.5f;
     const auto encoded = [](double linear) {
         return int(std::lround(255.0 * double(srgb_from_linear(float(linear)))));
@@ -118,21 +119,21 @@ TEST_CASE("Translucent layers blend front to back in linear light")
     CHECK(int(over_background[2]) == encoded(0.125 + 0.375));
 }
 
-TEST_CASE("A one-sided layer is not seen from behind")
+TEST_CASE("A one-sided surface is not seen from behind")
 {
-    Layer layer = square("sheet", 0.5, 0.0, red);
-    layer.two_sided = false;
-    CHECK(render({layer}, front_camera(), unlit(20)).at(10, 10) == red_pixel);
-    layer.triangles.col(1).swap(layer.triangles.col(2));
-    CHECK(render({layer}, front_camera(), unlit(20)).at(10, 10) == white_pixel);
-    layer.two_sided = true;
-    CHECK(render({layer}, front_camera(), unlit(20)).at(10, 10) == red_pixel);
+    SceneSurface surface = square("sheet", 0.5, 0.0, red);
+    surface.two_sided = false;
+    CHECK(render({surface}, front_camera(), unlit(20)).at(10, 10) == red_pixel);
+    surface.triangles.col(1).swap(surface.triangles.col(2));
+    CHECK(render({surface}, front_camera(), unlit(20)).at(10, 10) == white_pixel);
+    surface.two_sided = true;
+    CHECK(render({surface}, front_camera(), unlit(20)).at(10, 10) == red_pixel);
 }
 
-TEST_CASE("A layer that shows its outermost surface only lets nothing of itself through")
+TEST_CASE("A surface that shows its outside only lets nothing of itself through")
 {
-    Layer shell = sphere("shell", 0.8, 3, red);
-    const Layer inner = sphere("shell", 0.4, 3, red);
+    SceneSurface shell = sphere("shell", 0.8, 3, red);
+    const SceneSurface inner = sphere("shell", 0.4, 3, red);
     const Eigen::Index vertices = shell.vertices.rows(), triangles = shell.triangles.rows();
     shell.vertices.conservativeResize(2 * vertices, 3);
     shell.vertices.bottomRows(vertices) = inner.vertices;
@@ -151,29 +152,29 @@ TEST_CASE("A layer that shows its outermost surface only lets nothing of itself 
 
 TEST_CASE("A clip plane cuts away what lies on its normal's side")
 {
-    const std::vector<Layer> layers = {square("near", 0.9, 1.0, red), square("far", 0.9, 0.0, blue)};
+    const std::vector<SceneSurface> surfaces = {square("near", 0.9, 1.0, red), square("far", 0.9, 0.0, blue)};
     RenderSettings settings = unlit(40);
     settings.clip = ClipPlane{{0, 0, 0.5}, {0, 0, 1}};
-    CHECK(render(layers, front_camera(), settings).at(20, 20) == blue_pixel);
+    CHECK(render(surfaces, front_camera(), settings).at(20, 20) == blue_pixel);
     settings.clip = ClipPlane{{0, 0, 0.5}, {0, 0, -1}};
-    CHECK(render(layers, front_camera(), settings).at(20, 20) == red_pixel);
+    CHECK(render(surfaces, front_camera(), settings).at(20, 20) == red_pixel);
     settings.clip = ClipPlane{{0, 0, 0}, {1, 0, 0}};
-    const Image half = render(layers, front_camera(), settings);
+    const Image half = render(surfaces, front_camera(), settings);
     CHECK(half.at(10, 20) == red_pixel);
     CHECK(half.at(30, 20) == white_pixel);
-    // Oblique: near layer gone where x + z > 1, i.e. right of the middle at z = 1.
+    // Oblique: near surface gone where x + z > 1, i.e. right of the middle at z = 1.
     settings.clip = ClipPlane{{0, 0, 1}, Eigen::Vector3d(1, 0, 1).normalized()};
-    const Image oblique = render(layers, front_camera(), settings);
+    const Image oblique = render(surfaces, front_camera(), settings);
     CHECK(oblique.at(10, 20) == red_pixel);
     CHECK(oblique.at(30, 20) == blue_pixel);
 }
 
 TEST_CASE("Vertex colours are interpolated")
 {
-    Layer layer = square("sheet", 1.0, 0.0, black);
-    layer.vertex_colours.resize(4, 3);
-    layer.vertex_colours << 0, 0, 0, 1, 0, 0, 1, 0, 0, 0, 0, 0;  // black left, red right
-    const Image image = render({layer}, front_camera(), unlit(64));
+    SceneSurface surface = square("sheet", 1.0, 0.0, black);
+    surface.vertex_colours.resize(4, 3);
+    surface.vertex_colours << 0, 0, 0, 1, 0, 0, 1, 0, 0, 0, 0, 0;  // black left, red right
+    const Image image = render({surface}, front_camera(), unlit(64));
     const double middle = double(linear_from_srgb(float(image.at(32, 20)[0]) / 255.0f));
     CHECK(middle == Approx(32.5 / 64.0).margin(0.01));
     CHECK(image.at(0, 32)[0] < image.at(63, 32)[0]);
@@ -181,11 +182,11 @@ TEST_CASE("Vertex colours are interpolated")
 
 TEST_CASE("Half the sky over a point at the foot of a high wall is open")
 {
-    Layer wall = square("wall", 50.0, 0.0, red);
+    SceneSurface wall = square("wall", 50.0, 0.0, red);
     const RayTracer tracer({wall});
     const double open = double(openness(tracer, {0, 0, 0.001}, Eigen::Vector3d::UnitY(), 4096, 1000.0, 7, {}));
     CHECK(open == Approx(0.5).margin(0.02));
-    // Nothing within reach: all open. Translucent layers do not count.
+    // Nothing within reach: all open. Translucent surfaces do not count.
     CHECK(openness(tracer, {0, 0, 2.0}, Eigen::Vector3d::UnitY(), 64, 1.0, 7, {}) == 1.0f);
     wall.opacity = 0.5f;
     CHECK(openness(RayTracer({wall}), {0, 0, 0.001}, Eigen::Vector3d::UnitY(), 64, 1000.0, 7, {}) == 1.0f);
@@ -193,8 +194,8 @@ TEST_CASE("Half the sky over a point at the foot of a high wall is open")
 
 TEST_CASE("Lit pictures are the same for every run and number of threads")
 {
-    Layer ball = sphere("ball", 0.6, 3, {0.8f, 0.6f, 0.5f});
-    Layer shell = sphere("shell", 0.8, 3, {0.5f, 0.6f, 0.7f});
+    SceneSurface ball = sphere("ball", 0.6, 3, {0.8f, 0.6f, 0.5f});
+    SceneSurface shell = sphere("shell", 0.8, 3, {0.5f, 0.6f, 0.7f});
     shell.opacity = 0.2f;
     shell.edge_opacity = 0.7f;
     RenderSettings settings;
@@ -213,7 +214,7 @@ TEST_CASE("Lit pictures are the same for every run and number of threads")
 
 TEST_CASE("A framed body fills the picture and stays inside it")
 {
-    const Layer ball = sphere("ball", 0.5, 3, black);
+    const SceneSurface ball = sphere("ball", 0.5, 3, black);
     Points points = ball.vertices;
     points.col(1) *= 3.0;
     points.rowwise() += Eigen::RowVector3d(3, 2, -1);
@@ -246,17 +247,17 @@ TEST_CASE("Views turn with the heading of the body")
     CHECK(parse_view("three-quarter") == View::three_quarter);
 }
 
-TEST_CASE("Malformed layers are refused")
+TEST_CASE("Malformed surfaces are refused")
 {
-    Layer layer = square("sheet", 1.0, 0.0, red);
-    layer.triangles(0, 0) = 4;
-    CHECK_THROWS_WITH(render({layer}, front_camera(), unlit(8)), Catch::Contains("sheet"));
-    layer = square("sheet", 1.0, 0.0, red);
-    layer.vertices(1, 1) = std::nan("");
-    CHECK_THROWS_AS(render({layer}, front_camera(), unlit(8)), Error);
-    layer = square("sheet", 1.0, 0.0, red);
-    layer.vertex_colours.resize(3, 3);
-    layer.vertex_colours.setZero();
-    CHECK_THROWS_AS(render({layer}, front_camera(), unlit(8)), Error);
+    SceneSurface surface = square("sheet", 1.0, 0.0, red);
+    surface.triangles(0, 0) = 4;
+    CHECK_THROWS_WITH(render({surface}, front_camera(), unlit(8)), Catch::Contains("sheet"));
+    surface = square("sheet", 1.0, 0.0, red);
+    surface.vertices(1, 1) = std::nan("");
+    CHECK_THROWS_AS(render({surface}, front_camera(), unlit(8)), Error);
+    surface = square("sheet", 1.0, 0.0, red);
+    surface.vertex_colours.resize(3, 3);
+    surface.vertex_colours.setZero();
+    CHECK_THROWS_AS(render({surface}, front_camera(), unlit(8)), Error);
     CHECK_THROWS_AS(render({square("sheet", 1.0, 0.0, red)}, front_camera(), unlit(0)), Error);
 }

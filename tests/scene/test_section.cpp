@@ -24,7 +24,7 @@ int count_pixels(const Image& image, Pixel colour)
 
 TEST_CASE("A sphere is cut in a circle that runs with the inside to its left")
 {
-    const Layer ball = sphere("ball", 0.5, 5, {1, 0, 0});
+    const SceneSurface ball = sphere("ball", 0.5, 5, {1, 0, 0});
     SectionPlane plane;
     plane.origin = {0.05, 0.02, 0.3};
     const std::vector<SectionSegment> segments = section_segments(ball.vertices, ball.triangles, plane);
@@ -47,15 +47,16 @@ TEST_CASE("A sphere is cut in a circle that runs with the inside to its left")
     CHECK(equator == Approx(M_PI * 0.25).epsilon(0.01));
 }
 
-TEST_CASE("Sections are filled layer over layer")
+TEST_CASE("Sections are filled surface over surface")
 {
     SectionSettings settings;
     settings.width = settings.height = 300;
     settings.pixels_per_metre = 250;
     settings.line_width = 0;
     settings.background = {1, 1, 1};
-    const std::vector<Layer> layers = {sphere("outer", 0.5, 5, {1, 0, 0}), sphere("inner", 0.25, 5, {0, 0, 1})};
-    const Image image = section_image(layers, {}, settings);
+    const std::vector<SceneSurface> surfaces = {sphere("outer", 0.5, 5, {1, 0, 0}),
+                                                sphere("inner", 0.25, 5, {0, 0, 1})};
+    const Image image = section_image(surfaces, {}, settings);
     CHECK(image.at(150, 150) == Pixel{0, 0, 255});
     CHECK(image.at(150 + 95, 150) == Pixel{255, 0, 0});
     CHECK(image.at(5, 5) == Pixel{255, 255, 255});
@@ -66,7 +67,7 @@ TEST_CASE("Sections are filled layer over layer")
 
 TEST_CASE("A surface with holes is closed by fans and keeps its orientation")
 {
-    Layer ball = sphere("ball", 0.5, 3, {1, 0, 0});
+    SceneSurface ball = sphere("ball", 0.5, 3, {1, 0, 0});
     std::vector<int> kept;
     for (int t = 0; t < int(ball.triangles.rows()); ++t) {
         bool inside = true;
@@ -77,12 +78,12 @@ TEST_CASE("A surface with holes is closed by fans and keeps its orientation")
     for (std::size_t i = 0; i < kept.size(); ++i) open.row(Eigen::Index(i)) = ball.triangles.row(kept[i]);
     ball.triangles = open;
     REQUIRE(boundary_loops(ball.triangles, int(ball.vertices.rows())).size() == 2);
-    const Layer closed = closed_layer(ball);
+    const SceneSurface closed = closed_surface(ball);
     CHECK(boundary_loops(closed.triangles, int(closed.vertices.rows())).empty());
     CHECK(closed.vertices.rows() == ball.vertices.rows() + 2);
     for (const MeshEdge& edge : mesh_edges(closed.triangles, int(closed.vertices.rows())))
         CHECK(edge.right_triangle >= 0);
     CHECK(enclosed_volume(closed.vertices, closed.triangles) > 0.3);
-    const Layer untouched = closed_layer(sphere("ball", 0.5, 2, {1, 0, 0}));
+    const SceneSurface untouched = closed_surface(sphere("ball", 0.5, 2, {1, 0, 0}));
     CHECK(untouched.triangles.rows() == 128);
 }

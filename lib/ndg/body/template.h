@@ -79,7 +79,7 @@ struct Template {
     int fat_begin() const { return num_prisms() / 2; }
     /// Weights of the volume vertices (each wrap carries those of its skin vertex), N_v rows.
     SkinningWeights volume_weights() const;
-    /// Weights of the prisms (method.md section 7), N_p rows.
+    /// Weights of the prisms, of their corners together (for the rotations R_p of NDG 4.3), N_p rows.
     SkinningWeights prism_weights() const;
 };
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// A body at rest or posed, as layers to be shown.
+// A body at rest or posed, as surfaces to be shown.
 #pragma once
 
 #include "ndg/body/template.h"
 #include "ndg/deform/posed_body.h"
-#include "ndg/scene/layer.h"
+#include "ndg/scene/scene_surface.h"
 
 #include <vector>
 
@@ -26,18 +26,19 @@ BodyGeometry posed_geometry(const BodyPoser& poser, const Body& body, const Pose
 /// The same with all volume vertices moved by linear blend skinning.
 BodyGeometry skinned_geometry(const BodyPoser& poser, const Body& body, const Pose& pose);
 
-Layer skin_layer(const Template& body_template, const BodyGeometry& geometry);
-/// The skin as a faint translucent shell around other layers.
-Layer skin_shell(const Template& body_template, const BodyGeometry& geometry);
+SceneSurface skin_surface(const Template& body_template, const BodyGeometry& geometry);
+/// The skin as a faint translucent shell around other surfaces.
+SceneSurface skin_shell(const Template& body_template, const BodyGeometry& geometry);
 /// The outer surface of the volume alone: the skin without head, hands and toes, open at the cuts.
-Layer skin_wrap_layer(const Template& body_template, const BodyGeometry& geometry);
-Layer muscle_wrap_layer(const Template& body_template, const BodyGeometry& geometry);
-Layer bone_wrap_layer(const Template& body_template, const BodyGeometry& geometry);
+SceneSurface skin_wrap_surface(const Template& body_template, const BodyGeometry& geometry);
+SceneSurface muscle_wrap_surface(const Template& body_template, const BodyGeometry& geometry);
+SceneSurface bone_wrap_surface(const Template& body_template, const BodyGeometry& geometry);
 /// "bones" and "muscles", each where the template has such anatomy.
-std::vector<Layer> anatomy_layers(const Template& body_template, const BodyGeometry& geometry);
+std::vector<SceneSurface> anatomy_surfaces(const Template& body_template, const BodyGeometry& geometry);
 
 /// Skin coloured by the volume change of the tissue below it: blue is lost, red is gained, full colour at `range`.
 /// Head, hands and toes, which carry no volume, are plain grey.
-Layer volume_change_layer(const Template& body_template, const Body& body, const BodyGeometry& geometry, double range);
+SceneSurface volume_change_surface(const Template& body_template, const Body& body, const BodyGeometry& geometry,
+                                   double range);
 
 }  // namespace ndg

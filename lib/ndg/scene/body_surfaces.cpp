@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "ndg/scene/body_layers.h"
+#include "ndg/scene/body_surfaces.h"
 
 #include "ndg/body/anatomy.h"
 #include "ndg/core/error.h"
@@ -13,48 +13,48 @@ namespace {
 const Eigen::Vector3f skin_colour(0.85f, 0.73f, 0.65f), muscle_colour(0.70f, 0.22f, 0.20f),
     bone_wrap_colour(0.86f, 0.76f, 0.58f), bone_colour(0.93f, 0.89f, 0.78f);
 
-Layer wrap_layer(const std::string& name, const Template& body_template, const BodyGeometry& geometry, int wrap,
-                 const Eigen::Vector3f& colour)
+SceneSurface wrap_surface(const std::string& name, const Template& body_template, const BodyGeometry& geometry,
+                          int wrap, const Eigen::Vector3f& colour)
 {
     const int num_wrap = body_template.num_wrap_vertices();
     require(geometry.volume_vertices.rows() == 3 * num_wrap, "A body has {} volume vertices, its template {}",
             geometry.volume_vertices.rows(), 3 * num_wrap);
-    Layer layer;
-    layer.name = name;
-    layer.vertices = geometry.volume_vertices.middleRows(wrap * num_wrap, num_wrap);
-    layer.triangles = body_template.wrap_triangles;
-    layer.colour = colour;
-    return layer;
+    SceneSurface surface;
+    surface.name = name;
+    surface.vertices = geometry.volume_vertices.middleRows(wrap * num_wrap, num_wrap);
+    surface.triangles = body_template.wrap_triangles;
+    surface.colour = colour;
+    return surface;
 }
 
 /// The anatomy parts of one kind as one surface with its own vertex numbering.
-Layer gather_anatomy(const std::string& name, const std::string& kind, const Template& body_template,
-                     const BodyGeometry& geometry)
+SceneSurface gather_anatomy(const std::string& name, const std::string& kind, const Template& body_template,
+                            const BodyGeometry& geometry)
 {
-    Layer layer;
-    layer.name = name;
+    SceneSurface surface;
+    surface.name = name;
     Eigen::Index num_vertices = 0, num_triangles = 0;
     for (const AnatomyPart& part : body_template.anatomy_parts)
         if (part.layer == kind) {
             num_vertices += part.vertex_end - part.vertex_begin;
             num_triangles += part.triangle_end - part.triangle_begin;
         }
-    layer.vertices.resize(num_vertices, 3);
-    layer.triangles.resize(num_triangles, 3);
+    surface.vertices.resize(num_vertices, 3);
+    surface.triangles.resize(num_triangles, 3);
     Eigen::Index vertex = 0, triangle = 0;
     for (const AnatomyPart& part : body_template.anatomy_parts) {
         if (part.layer != kind) continue;
         const Eigen::Index part_vertices = part.vertex_end - part.vertex_begin;
         const Eigen::Index part_triangles = part.triangle_end - part.triangle_begin;
-        layer.vertices.middleRows(vertex, part_vertices) =
+        surface.vertices.middleRows(vertex, part_vertices) =
             geometry.anatomy_vertices.middleRows(part.vertex_begin, part_vertices);
-        layer.triangles.middleRows(triangle, part_triangles) =
+        surface.triangles.middleRows(triangle, part_triangles) =
             body_template.anatomy_triangles.middleRows(part.triangle_begin, part_triangles).array() +
             int(vertex - part.vertex_begin);
         vertex += part_vertices;
         triangle += part_triangles;
     }
-    return layer;
+    return surface;
 }
 
 }  // namespace
@@ -87,70 +87,71 @@ BodyGeometry skinned_geometry(const BodyPoser& poser, const Body& body, const Po
     return posed_geometry(poser, body, pose, poser.volume(body, poser.world_from_rest(body, pose)));
 }
 
-Layer skin_layer(const Template& body_template, const BodyGeometry& geometry)
+SceneSurface skin_surface(const Template& body_template, const BodyGeometry& geometry)
 {
-    Layer layer;
-    layer.name = "skin";
-    layer.vertices = geometry.skin_vertices;
-    layer.triangles = body_template.skin_triangles;
-    layer.colour = skin_colour;
-    return layer;
+    SceneSurface surface;
+    surface.name = "skin";
+    surface.vertices = geometry.skin_vertices;
+    surface.triangles = body_template.skin_triangles;
+    surface.colour = skin_colour;
+    return surface;
 }
 
-Layer skin_shell(const Template& body_template, const BodyGeometry& geometry)
+SceneSurface skin_shell(const Template& body_template, const BodyGeometry& geometry)
 {
-    Layer layer = skin_layer(body_template, geometry);
-    layer.colour = {0.62f, 0.70f, 0.78f};
-    layer.opacity = 0.13f;
-    layer.edge_opacity = 0.62f;
-    layer.gloss = 0.35f;
-    layer.two_sided = false;
-    layer.outermost_only = true;
-    return layer;
+    SceneSurface surface = skin_surface(body_template, geometry);
+    surface.colour = {0.62f, 0.70f, 0.78f};
+    surface.opacity = 0.13f;
+    surface.edge_opacity = 0.62f;
+    surface.gloss = 0.35f;
+    surface.two_sided = false;
+    surface.outermost_only = true;
+    return surface;
 }
 
-Layer skin_wrap_layer(const Template& body_template, const BodyGeometry& geometry)
+SceneSurface skin_wrap_surface(const Template& body_template, const BodyGeometry& geometry)
 {
-    return wrap_layer("skin_wrap", body_template, geometry, 2, skin_colour);
+    return wrap_surface("skin_wrap", body_template, geometry, 2, skin_colour);
 }
 
-Layer muscle_wrap_layer(const Template& body_template, const BodyGeometry& geometry)
+SceneSurface muscle_wrap_surface(const Template& body_template, const BodyGeometry& geometry)
 {
-    Layer layer = wrap_layer("muscle_wrap", body_template, geometry, 1, muscle_colour);
-    layer.gloss = 0.25f;
-    return layer;
+    SceneSurface surface = wrap_surface("muscle_wrap", body_template, geometry, 1, muscle_colour);
+    surface.gloss = 0.25f;
+    return surface;
 }
 
-Layer bone_wrap_layer(const Template& body_template, const BodyGeometry& geometry)
+SceneSurface bone_wrap_surface(const Template& body_template, const BodyGeometry& geometry)
 {
-    return wrap_layer("bone_wrap", body_template, geometry, 0, bone_wrap_colour);
+    return wrap_surface("bone_wrap", body_template, geometry, 0, bone_wrap_colour);
 }
 
-std::vector<Layer> anatomy_layers(const Template& body_template, const BodyGeometry& geometry)
+std::vector<SceneSurface> anatomy_surfaces(const Template& body_template, const BodyGeometry& geometry)
 {
-    Layer bones = gather_anatomy("bones", "bone", body_template, geometry);
-    Layer muscles = gather_anatomy("muscles", "muscle", body_template, geometry);
+    SceneSurface bones = gather_anatomy("bones", "bone", body_template, geometry);
+    SceneSurface muscles = gather_anatomy("muscles", "muscle", body_template, geometry);
     bones.colour = bone_colour;
     muscles.colour = muscle_colour;
     muscles.gloss = 0.25f;
-    std::vector<Layer> layers;
-    if (bones.triangles.rows() > 0) layers.push_back(std::move(bones));
-    if (muscles.triangles.rows() > 0) layers.push_back(std::move(muscles));
-    return layers;
+    std::vector<SceneSurface> surfaces;
+    if (bones.triangles.rows() > 0) surfaces.push_back(std::move(bones));
+    if (muscles.triangles.rows() > 0) surfaces.push_back(std::move(muscles));
+    return surfaces;
 }
 
-Layer volume_change_layer(const Template& body_template, const Body& body, const BodyGeometry& geometry, double range)
+SceneSurface volume_change_surface(const Template& body_template, const Body& body, const BodyGeometry& geometry,
+                                   double range)
 {
     require(range > 0, "The range of a volume change must be positive, not {}", range);
-    Layer layer = skin_layer(body_template, geometry);
+    SceneSurface surface = skin_surface(body_template, geometry);
     const Eigen::VectorXd change = volume_change(body.volume_vertices, geometry.volume_vertices, body_template.prisms,
                                                  body_template.num_wrap_vertices());
-    layer.vertex_colours = Eigen::RowVector3f(0.80f, 0.80f, 0.80f).replicate(layer.vertices.rows(), 1);
+    surface.vertex_colours = Eigen::RowVector3f(0.80f, 0.80f, 0.80f).replicate(surface.vertices.rows(), 1);
     for (int w = 0; w < body_template.num_wrap_vertices(); ++w)
-        layer.vertex_colours.row(body_template.wrap_to_skin[std::size_t(w)]) =
+        surface.vertex_colours.row(body_template.wrap_to_skin[std::size_t(w)]) =
             diverging_colour(change[w] / range).transpose();
-    layer.gloss = 0.05f;
-    return layer;
+    surface.gloss = 0.05f;
+    return surface;
 }
 
 }  // namespace ndg
