@@ -27,7 +27,7 @@ int main(int argc, char** argv)
     tool.parameter("detail-spread", options.detail_spread, "of its sliders for girths and segments", 0.0, 0.5);
     return tool.run(argc, argv, [&] {
         const Template body_template = read_template(template_path);
-        const BodySet skins = sample_skins(body_template, makehuman, count, tool.seed(), options);
+        const SkinSet skins = sample_skins(body_template, makehuman, count, tool.seed(), options);
         write_skins(output, skins,
                     tool.provenance(body_template.source_name == "anatomy" ? makehuman_licence : procedural_licence));
         const Eigen::RowVectorXd low = skins.parameters.colwise().minCoeff();

@@ -15,6 +15,8 @@ namespace ndg::test {
 
 Provenance example_provenance();
 BodySet example_bodies(const Template& tube);
+/// The skins of bodies.
+SkinSet skins_of(const BodySet& bodies);
 PoseSet example_poses();
 Splits example_splits();
 DeformationSet example_deformations();

@@ -162,7 +162,7 @@ TEST_CASE("A skin that fails is set apart, and people must be known", "[layers]"
     const test::TemporaryFolder folder;
     const Template tube = test::tube_template();
     const LayerBuilder builder(tube, {});
-    BodySet skins;
+    SkinSet skins;
     skins.bodies = {tube.rest, tube.rest};
     skins.bodies[0].name = "first";
     skins.bodies[1].name = "second";

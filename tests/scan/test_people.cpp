@@ -10,7 +10,7 @@ using namespace ndg;
 TEST_CASE("people are written as they are read")
 {
     const test::TemporaryFolder folder;
-    BodySet bodies;
+    SkinSet bodies;
     bodies.parameter_names = {"stature_m", "age_years", "sex"};
     bodies.bodies.resize(2);
     bodies.bodies[0].name = "a";

@@ -29,7 +29,7 @@ void check_made(const Template& made, const ParametricSurface& own, const Parame
     CHECK(check.passes());
 
     // The template's own skin comes back from the source, its joints too.
-    const Body again = skin_on_template(made, own, "again");
+    const Skin again = skin_on_template(made, own, "again");
     CHECK((again.skin_vertices - made.rest.skin_vertices).cwiseAbs().maxCoeff() < 1e-9);
     CHECK((again.joint_positions - made.rest.joint_positions).cwiseAbs().maxCoeff() < 1e-3);
 
@@ -59,7 +59,7 @@ void check_made(const Template& made, const ParametricSurface& own, const Parame
 
     // A batch: a broken skin is set apart, and what an interrupted run has finished is taken over as it is.
     const test::TemporaryFolder folder;
-    BodySet skins;
+    SkinSet skins;
     skins.bodies = {skin_on_template(made, lean_surface, "one"), skin_on_template(made, lean_surface, "broken"),
                     skin_on_template(made, heavy_surface, "two")};
     skins.bodies[1].skin_vertices(5, 1) = std::nan("");

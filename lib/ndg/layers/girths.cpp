@@ -122,7 +122,7 @@ std::vector<Polygon> section_chains(const Eigen::Ref<const Points>& vertices,
 /// Planes through a body's skin.
 class Tape {
 public:
-    Tape(const Template& body_template, const Body& skin) : template_(body_template), skin_(skin) {}
+    Tape(const Template& body_template, const Skin& skin) : template_(body_template), skin_(skin) {}
 
     Eigen::Vector3d joint(const std::string& name) const
     {
@@ -170,7 +170,7 @@ public:
 
 private:
     const Template& template_;
-    const Body& skin_;
+    const Skin& skin_;
 };
 
 double largest(const std::vector<double>& values)
@@ -199,7 +199,7 @@ double section_girth(const Eigen::Ref<const Points>& vertices, const Eigen::Ref<
     return girth;
 }
 
-BodyGirths measure_girths(const Template& body_template, const Body& skin)
+BodyGirths measure_girths(const Template& body_template, const Skin& skin)
 {
     const Tape tape(body_template, skin);
     BodyGirths girths;

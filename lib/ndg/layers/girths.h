@@ -23,7 +23,7 @@ struct BodyGirths {
 /// for the limbs; planes stand on the joints and on the template's landmarks navel, suprasternale and buttocks): the
 /// perimeter of the convex hull of the section's part around the limb. Throws InputError naming a landmark the template
 /// lacks, and naming `skin.name` where a plane does not meet the body.
-BodyGirths measure_girths(const Template& body_template, const Body& skin);
+BodyGirths measure_girths(const Template& body_template, const Skin& skin);
 
 /// Perimeter of the convex hull of that closed part of the section with the plane through `centre` which surrounds
 /// `centre`, m; of the nearest part where none does; 0 where the plane misses the surface. `normal` of any length.

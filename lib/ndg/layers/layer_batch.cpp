@@ -32,7 +32,7 @@ std::string_view bytes(const Points& points)
 }
 
 /// Its name holds everything that the body depends on.
-std::string part_file(const LayerBatchOptions& options, const Body& skin, const Person& person)
+std::string part_file(const LayerBatchOptions& options, const Skin& skin, const Person& person)
 {
     std::string key = options.settings + skin.name + fmt::format(" {} {} ", person.sex, person.age_years);
     key += bytes(skin.skin_vertices);
@@ -103,7 +103,7 @@ void write_part(const std::string& path, const Outcome& outcome, const Template&
     if (failure) std::rethrow_exception(failure);
 }
 
-void build_one(const LayerBuilder& builder, const Body& skin, const Person& person, const LayerBatchOptions& options,
+void build_one(const LayerBuilder& builder, const Skin& skin, const Person& person, const LayerBatchOptions& options,
                Outcome& outcome)
 {
     const std::string part = part_file(options, skin, person);
@@ -118,7 +118,7 @@ void build_one(const LayerBuilder& builder, const Body& skin, const Person& pers
 
 }  // namespace
 
-std::vector<Person> people_of_skins(const BodySet& skins, const std::string& path, const PeopleOptions& options)
+std::vector<Person> people_of_skins(const SkinSet& skins, const std::string& path, const PeopleOptions& options)
 {
     std::vector<Person> people(skins.bodies.size(), options.person);
     if (options.from_skins) {
@@ -143,7 +143,7 @@ std::vector<Person> people_of_skins(const BodySet& skins, const std::string& pat
     return people;
 }
 
-LayerBatch build_layer_batch(const LayerBuilder& builder, const BodySet& skins, const std::vector<Person>& people,
+LayerBatch build_layer_batch(const LayerBuilder& builder, const SkinSet& skins, const std::vector<Person>& people,
                              const LayerBatchOptions& options, const std::function<bool()>& stop)
 {
     require(people.size() == skins.bodies.size(), "{} skins were given with {} people", skins.bodies.size(),

@@ -17,7 +17,7 @@ struct PeopleOptions {
 };
 /// One for each skin. Throws InputError naming `path` and the parameter that the skins lack, or the body and its value
 /// out of range.
-std::vector<Person> people_of_skins(const BodySet& skins, const std::string& path, const PeopleOptions& options);
+std::vector<Person> people_of_skins(const SkinSet& skins, const std::string& path, const PeopleOptions& options);
 
 struct LayerBatchOptions {
     std::string output;    ///< finished bodies are kept beside it, in "OUTPUT.parts", until the batch is written
@@ -33,7 +33,7 @@ struct LayerBatch {
 
 /// Layers for all skins. A skin that fails is set apart with its sentence. Throws Interrupted, parts kept, once `stop`
 /// returns true. The result does not depend on threads or interruptions.
-LayerBatch build_layer_batch(const LayerBuilder& builder, const BodySet& skins, const std::vector<Person>& people,
+LayerBatch build_layer_batch(const LayerBuilder& builder, const SkinSet& skins, const std::vector<Person>& people,
                              const LayerBatchOptions& options, const std::function<bool()>& stop);
 /// Removes the parts of a batch that has been written.
 void remove_layer_parts(const LayerBatchOptions& options);

@@ -49,7 +49,7 @@ LayerBuilder::LayerBuilder(const Template& body_template, const LayerFitOptions&
     stature_ = stature(body_template.rest.skin_vertices);
 }
 
-LayerSurfaces LayerBuilder::targets(const Body& skin, double scale, LayerReport& report) const
+LayerSurfaces LayerBuilder::targets(const Skin& skin, double scale, LayerReport& report) const
 {
     const Eigen::Index num_wrap = bone_.rows();
     LayerSurfaces surfaces;
@@ -89,7 +89,7 @@ LayerSurfaces LayerBuilder::targets(const Body& skin, double scale, LayerReport&
     return surfaces;
 }
 
-Body LayerBuilder::build(const Body& skin, const Person& person, LayerReport* report) const
+Body LayerBuilder::build(const Skin& skin, const Person& person, LayerReport* report) const
 {
     require_input(skin.skin_vertices.rows() == template_.rest.skin_vertices.rows(),
                   "body {}: has {} skin vertices, the template has {}", skin.name, skin.skin_vertices.rows(),
@@ -139,7 +139,7 @@ Body LayerBuilder::build(const Body& skin, const Person& person, LayerReport* re
     return body;
 }
 
-Body build_layers(const Template& body_template, const Body& skin, const Person& person, double min_scaled_jacobian,
+Body build_layers(const Template& body_template, const Skin& skin, const Person& person, double min_scaled_jacobian,
                   LayerReport* report)
 {
     LayerFitOptions options;

@@ -34,12 +34,12 @@ public:
     /// muscle has the template's thickness times the root of how much more tissue there is than in the template, times
     /// one factor. Throws InputError for a skin that does not fit the template, Error naming the body and the worst
     /// place when a prism stays invalid.
-    Body build(const Body& skin, const Person& person, LayerReport* report = nullptr) const;
+    Body build(const Skin& skin, const Person& person, LayerReport* report = nullptr) const;
 
     const Template& body_template() const { return template_; }
 
 private:
-    LayerSurfaces targets(const Body& skin, double scale, LayerReport& report) const;
+    LayerSurfaces targets(const Skin& skin, double scale, LayerReport& report) const;
 
     const Template& template_;
     LayerFitOptions options_;
@@ -50,7 +50,7 @@ private:
 };
 
 /// One body by itself.
-Body build_layers(const Template& body_template, const Body& skin, const Person& person, double min_scaled_jacobian,
+Body build_layers(const Template& body_template, const Skin& skin, const Person& person, double min_scaled_jacobian,
                   LayerReport* report = nullptr);
 
 }  // namespace ndg

@@ -107,14 +107,14 @@ MakeHumanParameters sample_parameters(const MakeHuman& source, std::uint64_t see
     return makehuman_parameters(source, adult, wished);
 }
 
-Body skin_on_template(const Template& body_template, const ParametricSurface& surface, const std::string& name)
+Skin skin_on_template(const Template& body_template, const ParametricSurface& surface, const std::string& name)
 {
     require_input(body_template.source_vertices.rows() == body_template.rest.skin_vertices.rows(),
                   "the template was not made from a parametric source: it has no map from the source's vertices");
     require_input(body_template.source_vertices.maxCoeff() < surface.vertices.rows(),
                   "the template's source map uses vertex {}, the source has {}",
                   body_template.source_vertices.maxCoeff(), surface.vertices.rows());
-    Body body;
+    Skin body;
     body.name = name;
     const double scale = stature(surface.vertices) / stature(body_template.rest.skin_vertices);
     body.joint_positions = surface.joint_positions + scale * body_template.source_joint_offsets;
@@ -158,12 +158,12 @@ std::function<SampledPerson(int)> person_source(const Template& body_template, c
 
 }  // namespace
 
-BodySet sample_skins(const Template& body_template, const std::string& makehuman_folder, int count, std::uint64_t seed,
+SkinSet sample_skins(const Template& body_template, const std::string& makehuman_folder, int count, std::uint64_t seed,
                      const BodySamplingOptions& options)
 {
     options.check();
     const auto person = person_source(body_template, makehuman_folder, seed, options);
-    BodySet skins;
+    SkinSet skins;
     skins.parameter_names = {"sex", "age_years", "stature_m", "mass_kg", "bmi"};
     skins.parameters.resize(count, 5);
     skins.bodies.resize(static_cast<std::size_t>(count));
@@ -173,7 +173,7 @@ BodySet sample_skins(const Template& body_template, const std::string& makehuman
     for (int b = 0; b < count; ++b) {
         try {
             const SampledPerson p = person(b);
-            Body body = skin_on_template(body_template, p.surface, fmt::format("body_{:04d}", b));
+            Skin body = skin_on_template(body_template, p.surface, fmt::format("body_{:04d}", b));
             // Of the source's own surface: a coarse tessellation cuts some percent of the volume off.
             const double height = stature(p.surface.vertices);
             const double mass = body_density * enclosed_volume(p.surface.vertices, p.surface.triangles);
@@ -189,7 +189,7 @@ BodySet sample_skins(const Template& body_template, const std::string& makehuman
     return skins;
 }
 
-std::string sampling_table(const BodySet& skins, const BodySamplingOptions& options)
+std::string sampling_table(const SkinSet& skins, const BodySamplingOptions& options)
 {
     std::string table = fmt::format("{:<8}{:<16}{:>8}{:>8}{:>8}{:>8}{:>8}{:>8}\n", "sex", "", "mean", "sd", "5 %",
                                     "50 %", "95 %", "asked");

@@ -31,19 +31,19 @@ MakeHumanParameters makehuman_parameters(const MakeHuman& source, const Adult& a
 MakeHumanParameters sample_parameters(const MakeHuman& source, std::uint64_t seed, int body_idx,
                                       const BodySamplingOptions& options);
 
-/// The source's surface in the template's tessellation: skin vertices and joints of the returned body are filled.
+/// The source's surface in the template's tessellation.
 /// Throws InputError when the template has no source map.
-Body skin_on_template(const Template& body_template, const ParametricSurface& surface, const std::string& name);
+Skin skin_on_template(const Template& body_template, const ParametricSurface& surface, const std::string& name);
 
 /// `count` adults of the template's own source as skins in its tessellation; parameters sex, age_years, stature_m,
 /// mass_kg, bmi, of the source's own surface. MakeHuman's people need its folder; the procedural body needs none. Body
 /// b depends on (seed, b) and the options alone. Throws InputError when the template has no source or the folder is
 /// missing.
-BodySet sample_skins(const Template& body_template, const std::string& makehuman_folder, int count, std::uint64_t seed,
+SkinSet sample_skins(const Template& body_template, const std::string& makehuman_folder, int count, std::uint64_t seed,
                      const BodySamplingOptions& options);
 
 /// Mean, standard deviation and percentiles of stature, mass and body mass index of the skins by sex, and shares of the
 /// obese, beside what was drawn from: a table for reading. `skins` as sample_skins has them.
-std::string sampling_table(const BodySet& skins, const BodySamplingOptions& options);
+std::string sampling_table(const SkinSet& skins, const BodySamplingOptions& options);
 
 }  // namespace ndg

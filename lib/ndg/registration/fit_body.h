@@ -50,7 +50,7 @@ struct FitReport {
 };
 
 struct FittedBody {
-    Body body;            ///< skin and joints at rest, in the template's pose, feet on y = 0
+    Skin body;            ///< skin and joints at rest, in the template's pose, feet on y = 0
     Pose pose;            ///< moves them onto the scan (metres, y up)
     Points posed_skin;    ///< N_s x 3: linear_blend_skinning of the body in the pose
     Points posed_joints;  ///< J x 3

@@ -27,19 +27,18 @@ People read_people(const std::string& path)
     return people;
 }
 
-void write_people(const std::string& path, const BodySet& bodies, const std::string& where)
+void write_people(const std::string& path, const SkinSet& skins, const std::string& where)
 {
     const auto column = [&](const char* name) {
-        const auto found = std::find(bodies.parameter_names.begin(), bodies.parameter_names.end(), name);
-        require_input(found != bodies.parameter_names.end(), "{}: the bodies have no parameter {}", where, name);
-        return found - bodies.parameter_names.begin();
+        const auto found = std::find(skins.parameter_names.begin(), skins.parameter_names.end(), name);
+        require_input(found != skins.parameter_names.end(), "{}: the bodies have no parameter {}", where, name);
+        return found - skins.parameter_names.begin();
     };
     const Eigen::Index sex = column("sex"), age = column("age_years");
     nlohmann::json people = nlohmann::json::object();
-    for (std::size_t b = 0; b < bodies.bodies.size(); ++b) {
+    for (std::size_t b = 0; b < skins.bodies.size(); ++b) {
         const auto row = static_cast<Eigen::Index>(b);
-        people[bodies.bodies[b].name] = {{"sex", bodies.parameters(row, sex)},
-                                         {"age_years", bodies.parameters(row, age)}};
+        people[skins.bodies[b].name] = {{"sex", skins.parameters(row, sex)}, {"age_years", skins.parameters(row, age)}};
     }
     write_file(path, people.dump(1) + "\n");
 }

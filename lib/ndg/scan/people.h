@@ -15,7 +15,7 @@ using People = std::map<std::string, Person>;
 /// naming file and entry.
 People read_people(const std::string& path);
 
-/// The same file from bodies' parameters sex and age_years. Throws InputError, starting with `where`, without them.
-void write_people(const std::string& path, const BodySet& bodies, const std::string& where);
+/// The same file from skins' parameters sex and age_years. Throws InputError, starting with `where`, without them.
+void write_people(const std::string& path, const SkinSet& skins, const std::string& where);
 
 }  // namespace ndg
