@@ -16,21 +16,14 @@
 #include <map>
 
 using namespace ndg;
+using namespace ndg::test;
 using Catch::Matchers::Contains;
-using test::human_joints;
 
 namespace {
 
-constexpr double degree = M_PI / 180.0;
-
-std::string shipped()
-{
-    return std::string(NDG_TEST_SOURCE) + "/configs/joint-limits.json";
-}
-
 const JointLimits& limits()
 {
-    static const JointLimits table(read_joint_limits(shipped()), human_joints());
+    static const JointLimits table(read_joint_limits(config_path("joint-limits.json")), human_joints());
     return table;
 }
 
@@ -78,7 +71,7 @@ double largest_angle(const std::vector<Eigen::Matrix3d>& a, const std::vector<Ei
 
 TEST_CASE("the shipped limits cover every joint that motion moves, and give both sides the same")
 {
-    const JointLimitTable table = read_joint_limits(shipped());
+    const JointLimitTable table = read_joint_limits(config_path("joint-limits.json"));
     std::vector<bool> covered(num_standard_joints, false);
     for (const JointRange& range : table.ranges) {
         CHECK_FALSE(covered[range.joint]);

@@ -17,13 +17,10 @@
 #include <limits>
 
 using namespace ndg;
+using namespace ndg::test;
 using Catch::Matchers::Contains;
-using test::human_joints;
-using test::posed_joints;
 
 namespace {
-
-constexpr double degree = M_PI / 180.0;
 
 using Angles = std::map<std::string, double>;
 

@@ -12,8 +12,7 @@
 #include <cmath>
 
 using namespace ndg;
-using test::human_joints;
-using test::posed_joints;
+using namespace ndg::test;
 
 namespace {
 

@@ -15,15 +15,10 @@
 #include <map>
 
 using namespace ndg;
+using namespace ndg::test;
 using Catch::Matchers::Contains;
-using test::human_joints;
 
 namespace {
-
-std::string maps_folder()
-{
-    return std::string(NDG_TEST_SOURCE) + "/configs/joint-maps/";
-}
 
 /// A rig with joints at ours: rows of {name, parent, our joint at its place}. Children lie where the body has them;
 /// tips at the mean of the children, leaves a little further.
@@ -234,7 +229,7 @@ TEST_CASE("names of joints are taken apart")
 
 TEST_CASE("each made rig has one map of its own")
 {
-    const std::vector<JointMap> maps = read_joint_maps(maps_folder());
+    const std::vector<JointMap> maps = read_joint_maps(config_path("joint-maps"));
     for (const auto& [clip, file] : std::vector<std::pair<MotionClip, std::string>>{{mixamo(), "mixamo.json"},
                                                                                     {unreal(3), "unreal-4.json"},
                                                                                     {unreal(5), "unreal-5.json"},
@@ -245,7 +240,7 @@ TEST_CASE("each made rig has one map of its own")
 
 TEST_CASE("proposals for made rigs agree with the maps written for them")
 {
-    const std::vector<JointMap> maps = read_joint_maps(maps_folder());
+    const std::vector<JointMap> maps = read_joint_maps(config_path("joint-maps"));
     for (const MotionClip& clip : {mixamo(), unreal(3), unreal(5), smpl()}) {
         const JointMapProposal proposal = propose_joint_map(clip);
         const Agreement agreement = compare(map_for(maps, clip), proposal.map);
@@ -263,7 +258,7 @@ TEST_CASE("proposals for made rigs agree with the maps written for them")
 
 TEST_CASE("a rig without names is recognised by its shape, whatever its axes")
 {
-    const std::vector<JointMap> maps = read_joint_maps(maps_folder());
+    const std::vector<JointMap> maps = read_joint_maps(config_path("joint-maps"));
     for (const MotionClip& named : {mixamo(), unreal(5), smpl()}) {
         for (const bool turned : {false, true}) {
             MotionClip clip = named;
@@ -312,7 +307,7 @@ TEST_CASE("proposals are written as maps that are read back")
         CHECK(a.limit == Approx(b->limit));
     }
     CHECK(missing_source_joint(read, mixamo()).empty());
-    const JointMap ue4 = read_joint_map(maps_folder() + "unreal-4.json");
+    const JointMap ue4 = read_joint_map(config_path("joint-maps/unreal-4.json"));
     CHECK(missing_source_joint(ue4, unreal(5)) == "no spine_04");
     CHECK(missing_source_joint(ue4, unreal(3)).empty());
     write_file(folder.file("bad.json"), R"({"without": [3], "joints": {}})");
@@ -330,7 +325,7 @@ TEST_CASE("what is no body gets no proposal")
 
 TEST_CASE("every rig of the data has one map, and proposals agree with it", "[data]")
 {
-    const std::vector<JointMap> maps = read_joint_maps(maps_folder());
+    const std::vector<JointMap> maps = read_joint_maps(config_path("joint-maps"));
     int agree = 0, total = 0;
     for (const MotionClip& clip : data_rigs()) {
         const JointMap& map = map_for(maps, clip);

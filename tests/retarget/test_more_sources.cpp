@@ -15,30 +15,14 @@
 #include <iostream>
 
 using namespace ndg;
+using namespace ndg::test;
 using Catch::Matchers::Contains;
-using test::human_joints;
-using test::posed_joints;
 
 namespace {
 
-std::vector<JointMap> maps()
-{
-    return read_joint_maps(std::string(NDG_TEST_SOURCE) + "/configs/joint-maps");
-}
-
-Eigen::Vector3d at(const Points& joints, const std::string& name)
-{
-    return joints.row(standard_skeleton().joint(name)).transpose();
-}
-
-Eigen::Vector3d direction(const Points& joints, const std::string& from, const std::string& to)
-{
-    return (at(joints, to) - at(joints, from)).normalized();
-}
-
 PoseSet every_frame(const MotionClip& clip)
 {
-    const std::vector<JointMap> all = maps();
+    const std::vector<JointMap> all = read_joint_maps(config_path("joint-maps"));
     const JointMap* map = find_joint_map(all, clip);
     REQUIRE(map != nullptr);
     RetargetOptions options;

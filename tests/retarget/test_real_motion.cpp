@@ -15,18 +15,10 @@
 #include <fstream>
 
 using namespace ndg;
+using namespace ndg::test;
 using Catch::Matchers::Contains;
-using test::human_joints;
-using test::posed_joints;
 
 namespace {
-
-constexpr double degree = M_PI / 180.0;
-
-std::vector<JointMap> maps()
-{
-    return read_joint_maps(std::string(NDG_TEST_SOURCE) + "/configs/joint-maps");
-}
 
 struct Import {
     PoseSet poses;
@@ -36,7 +28,7 @@ struct Import {
 Import import_file(const std::string& path, double frame_rate)
 {
     const MotionClip clip = read_motion(find_motion_files({path}).at(0));
-    const std::vector<JointMap> all = maps();
+    const std::vector<JointMap> all = read_joint_maps(config_path("joint-maps"));
     const JointMap* map = find_joint_map(all, clip);
     REQUIRE(map != nullptr);
     RetargetOptions options;
@@ -44,11 +36,6 @@ Import import_file(const std::string& path, double frame_rate)
     Import result;
     result.poses = retarget_clip(clip, *map, human_joints(), options, result.report);
     return result;
-}
-
-Eigen::Vector3d at(const Points& joints, const std::string& name)
-{
-    return joints.row(standard_skeleton().joint(name)).transpose();
 }
 
 /// Flexion of the knee in degrees, positive when the shin goes back relative to the thigh's own front.
@@ -138,7 +125,7 @@ TEST_CASE("the artificial T pose of the BVH conversion comes out symmetric", "[d
     const std::string data = test::data_folder();
     if (data.empty()) return;
     const MotionClip clip = read_bvh(data + "/motion/cmu_bvh/02_01.bvh");
-    const std::vector<JointMap> all = maps();
+    const std::vector<JointMap> all = read_joint_maps(config_path("joint-maps"));
     JointMap map = *find_joint_map(all, clip);
     CHECK(map.skip_first_frames == 1);
     map.skip_first_frames = 0;

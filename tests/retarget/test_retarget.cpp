@@ -14,18 +14,10 @@
 #include <map>
 
 using namespace ndg;
+using namespace ndg::test;
 using Catch::Matchers::Contains;
-using test::human_joints;
-using test::posed_joints;
 
 namespace {
-
-constexpr double degree = M_PI / 180.0;
-
-std::string maps_folder()
-{
-    return std::string(NDG_TEST_SOURCE) + "/configs/joint-maps";
-}
 
 /// The CMU skeleton at its zero pose (proportions of subject 02, units of decimetres), without frames.
 MotionClip cmu_skeleton()
@@ -120,7 +112,7 @@ TEST_CASE("the zero pose of a T pose source gives a T pose with the source's leg
     const Eigen::Matrix3d down_left = turn(z, -20), down_right = turn(z, 20);
     add_frame(clip, {});
     add_frame(clip, {{"lfemur", down_left}, {"rfemur", down_right}});
-    const JointMap map = read_joint_map(maps_folder() + "/cmu.json");
+    const JointMap map = read_joint_map(config_path("joint-maps/cmu.json"));
     const Points rest = human_joints();
     RetargetReport report;
     const PoseSet poses = retarget_clip(clip, map, rest, every_frame(), report);
@@ -168,7 +160,7 @@ TEST_CASE("known rotations of the source give the expected limb directions and r
                      {"rfemur", hip},
                      {"rtibia", knee},
                      {"head", head}});
-    const JointMap map = read_joint_map(maps_folder() + "/cmu.json");
+    const JointMap map = read_joint_map(config_path("joint-maps/cmu.json"));
     const Points rest = human_joints();
     RetargetReport report;
     const PoseSet poses = retarget_clip(clip, map, rest, every_frame(), report);
@@ -210,7 +202,7 @@ TEST_CASE("the root follows the source's hips, scaled by leg length")
     MotionClip clip = cmu_skeleton();
     add_frame(clip, {}, {3, 9, 4});
     add_frame(clip, {{"root", turn(y, 90)}}, {5, 8, 1});
-    const JointMap map = read_joint_map(maps_folder() + "/cmu.json");
+    const JointMap map = read_joint_map(config_path("joint-maps/cmu.json"));
     const Points rest = human_joints();
     RetargetReport report;
     const PoseSet poses = retarget_clip(clip, map, rest, every_frame(), report);
@@ -236,7 +228,7 @@ TEST_CASE("decimation, glitches, skipped frames and the joint limit")
         // One frame of 40 jumps by 30 degrees: 3600 degrees a second.
         add_frame(clip, {{"lhumerus", turn(y, f == 48 ? 30 : 0)}, {"ltibia", turn(x, f >= 80 ? 0.5 * (f - 80) : 0)}});
     }
-    JointMap map = read_joint_map(maps_folder() + "/cmu.json");
+    JointMap map = read_joint_map(config_path("joint-maps/cmu.json"));
     const Points rest = human_joints();
     RetargetReport report;
     const PoseSet poses = retarget_clip(clip, map, rest, RetargetOptions(), report);
@@ -304,7 +296,7 @@ TEST_CASE("joint maps are checked")
     check(R"({"joints": {"pelvis": "a"}})", "no entry for \"left_thigh\"");
     check(R"({"skip_first_frames": -1, "joints": {}})", "skip_first_frames: expected an integer >= 0, got -1");
 
-    const JointMap map = read_joint_map(maps_folder() + "/cmu.json");
+    const JointMap map = read_joint_map(config_path("joint-maps/cmu.json"));
     MotionClip clip = cmu_skeleton();
     CHECK(missing_source_joint(map, clip).empty());
     clip.joint_names[clip.find_joint("lradius")] = "other";

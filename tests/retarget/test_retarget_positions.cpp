@@ -19,18 +19,10 @@
 #include <iostream>
 
 using namespace ndg;
+using namespace ndg::test;
 using Catch::Matchers::Contains;
-using test::human_joints;
-using test::posed_joints;
 
 namespace {
-
-constexpr double degree = M_PI / 180.0;
-
-std::string configs()
-{
-    return std::string(NDG_TEST_SOURCE) + "/configs/";
-}
 
 /// A source rig with our own joints at `positions`, its zero pose, and random motion of all joints but hands and face.
 MotionClip own_rig(const Points& positions, int num_frames, double swing)
@@ -277,7 +269,7 @@ TEST_CASE("clamped motion keeps to the limits, and violations are counted")
 {
     const Points rest = human_joints();
     const MotionClip clip = own_rig(rest, 60, 0.35);
-    const JointLimits limits(read_joint_limits(configs() + "joint-limits.json"), rest);
+    const JointLimits limits(read_joint_limits(config_path("joint-limits.json")), rest);
     RetargetOptions options = every_frame();
     options.limits = &limits;
     RetargetReport free, clamped;
@@ -353,7 +345,7 @@ TEST_CASE("all real motions are imported, near to their source, without jumps of
     const std::string data = test::data_folder();
     if (data.empty()) return;
     const Points rest = human_joints();
-    const std::vector<JointMap> maps = read_joint_maps(configs() + "joint-maps");
+    const std::vector<JointMap> maps = read_joint_maps(config_path("joint-maps"));
     std::vector<RetargetReport> cmu, all;
     for (const MotionFile& file : find_motion_files({data + "/motion"})) {
         if (!file.skip_reason.empty()) continue;

@@ -4,6 +4,7 @@
 #include "ndg/geometry/prism.h"
 #include "ndg/wraps/minimise.h"
 #include "ndg/wraps/prism_barrier.h"
+#include "wraps/gradient_error.h"
 
 #include <Eigen/Eigenvalues>
 
@@ -14,6 +15,7 @@
 
 using namespace ndg;
 using Catch::Matchers::Contains;
+using test::gradient_error;
 
 namespace {
 
@@ -28,21 +30,6 @@ PrismVertices skewed_prism()
 BarrierBounds active_bounds()
 {
     return {0.02, 0.9, 0.0004, 0.004, 1e-5, 3e-4};
-}
-
-/// Largest difference between a gradient and central differences, relative to the largest entry.
-template <typename Energy>
-double gradient_error(const Energy& energy, const Eigen::MatrixXd& at, const Eigen::MatrixXd& gradient, double step)
-{
-    double worst = 0.0;
-    for (Eigen::Index i = 0; i < at.rows(); ++i)
-        for (Eigen::Index c = 0; c < at.cols(); ++c) {
-            Eigen::MatrixXd plus = at, minus = at;
-            plus(i, c) += step;
-            minus(i, c) -= step;
-            worst = std::max(worst, std::abs((energy(plus) - energy(minus)) / (2.0 * step) - gradient(i, c)));
-        }
-    return worst / gradient.cwiseAbs().maxCoeff();
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include "ndg/wraps/bone_interior.h"
 #include "ndg/wraps/envelope.h"
 #include "ndg/wraps/wrap_optimiser.h"
+#include "wraps/gradient_error.h"
 
 #include <Eigen/Cholesky>
 
@@ -20,6 +21,7 @@
 
 using namespace ndg;
 using Catch::Matchers::Contains;
+using test::gradient_error;
 
 namespace {
 
@@ -83,21 +85,6 @@ AnatomyMesh capsule(const char* name, const char* layer, const Eigen::Vector3d& 
             mesh.triangles.row(t++) << b, a + sectors, b + sectors;
         }
     return mesh;
-}
-
-/// Largest difference between a gradient and central differences, relative to the largest entry.
-template <typename Energy>
-double gradient_error(const Energy& energy, const Eigen::MatrixXd& at, const Eigen::MatrixXd& gradient, double step)
-{
-    double worst = 0.0;
-    for (Eigen::Index i = 0; i < at.rows(); ++i)
-        for (Eigen::Index c = 0; c < at.cols(); ++c) {
-            Eigen::MatrixXd plus = at, minus = at;
-            plus(i, c) += step;
-            minus(i, c) -= step;
-            worst = std::max(worst, std::abs((energy(plus) - energy(minus)) / (2.0 * step) - gradient(i, c)));
-        }
-    return worst / gradient.cwiseAbs().maxCoeff();
 }
 
 /// A smooth field without kinks, linear so that the grid holds it exactly.

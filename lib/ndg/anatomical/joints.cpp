@@ -80,12 +80,7 @@ void add_arm(const PartFinder& bones, const std::string& side, double lateral, B
     set("ulnar_head", end_centre(bone("ulna"), -up, 0.014));
     set("hand", 0.5 * (middle(bone("scaphoid")) + middle(bone("lunate"))));
 
-    const std::array<std::array<const char*, 3>, 5> fingers = {{{"thumb", "first", "thumb"},
-                                                                {"index", "second", "index finger"},
-                                                                {"middle", "third", "middle finger"},
-                                                                {"ring", "fourth", "ring finger"},
-                                                                {"pinky", "fifth", "little finger"}}};
-    for (const auto& [finger, ordinal, words] : fingers) {
+    for (const auto& [finger, ordinal, words] : finger_names) {
         const auto phalanx = [&](const std::string& which) -> const Points& {
             return bones.part(which + " phalanx of " + side + " " + words).vertices;
         };

@@ -4,6 +4,7 @@
 
 #include "ndg/body_source/template_source.h"
 
+#include <array>
 #include <map>
 #include <string>
 #include <vector>
@@ -19,6 +20,16 @@ public:
 private:
     std::map<std::string, const AnatomyMesh*> parts_;
 };
+
+/// A finger as our joints name it, its metacarpal bone's ordinal number and the words for it in names of phalanges.
+struct FingerNames {
+    const char *finger, *ordinal, *words;
+};
+constexpr std::array<FingerNames, 5> finger_names = {{{"thumb", "first", "thumb"},
+                                                      {"index", "second", "index finger"},
+                                                      {"middle", "third", "middle finger"},
+                                                      {"ring", "fourth", "ring finger"},
+                                                      {"pinky", "fifth", "little finger"}}};
 
 /// Named points of a skeleton.
 using BonePoints = std::map<std::string, Eigen::Vector3d>;

@@ -77,12 +77,7 @@ std::string spine_joint(const std::string& name)
 
 BoneGroup hand_group(const std::string& name, const std::string& side)
 {
-    const std::array<std::array<const char*, 3>, 5> fingers = {{{"thumb", "first", "thumb"},
-                                                                {"index", "second", "index finger"},
-                                                                {"middle", "third", "middle finger"},
-                                                                {"ring", "fourth", "ring finger"},
-                                                                {"pinky", "fifth", "little finger"}}};
-    for (const auto& [finger, ordinal, words] : fingers) {
+    for (const auto& [finger, ordinal, words] : finger_names) {
         const std::string prefix = side + "_" + finger + "_";
         const bool is_thumb = std::string(finger) == "thumb";
         if (contains(name, "metacarpal") && contains(name, ordinal))
@@ -160,21 +155,10 @@ RowMatrix blend_weights(const AnatomyMesh& muscle, const std::vector<Group>& gro
 Group make_group(const std::vector<AnatomyMesh>& parts, const std::vector<std::size_t>& members,
                  const std::string& name, const Map& map)
 {
-    Eigen::Index num_vertices = 0, num_triangles = 0;
-    for (const std::size_t i : members) {
-        num_vertices += parts[i].vertices.rows();
-        num_triangles += parts[i].triangles.rows();
-    }
-    Points vertices(num_vertices, 3);
-    Triangles triangles(num_triangles, 3);
-    Eigen::Index vertex = 0, triangle = 0;
-    for (const std::size_t i : members) {
-        vertices.middleRows(vertex, parts[i].vertices.rows()) = parts[i].vertices;
-        triangles.middleRows(triangle, parts[i].triangles.rows()) = parts[i].triangles.array() + int(vertex);
-        vertex += parts[i].vertices.rows();
-        triangle += parts[i].triangles.rows();
-    }
-    return {TriangleTree(vertices, triangles), bounding_box(vertices), &map,
+    std::vector<const TriangleMesh*> bones;
+    for (const std::size_t i : members) bones.push_back(&parts[i]);
+    const TriangleMesh joined = join_meshes(bones);
+    return {TriangleTree(joined.vertices, joined.triangles), bounding_box(joined.vertices), &map,
             contains_any(name, {"carpus", "thumb", "index", "middle", "ring", "pinky"})};
 }
 

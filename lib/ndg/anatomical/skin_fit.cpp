@@ -63,32 +63,18 @@ SkinFat skin_fat(const AnatomyTarget& target)
     return {target.weights * fat, target.weights * pull};
 }
 
-struct Joined {
-    Points vertices;
-    Triangles triangles;
+struct Joined : TriangleMesh {
     std::vector<char> is_bone, hollow, triangle_is_bone;
 };
 
 Joined join(const std::vector<AnatomyMesh>& parts)
 {
-    Joined joined;
-    Eigen::Index num_vertices = 0, num_triangles = 0;
+    Joined joined{join_meshes(parts), {}, {}, {}};
     for (const AnatomyMesh& part : parts) {
-        num_vertices += part.vertices.rows();
-        num_triangles += part.triangles.rows();
-    }
-    joined.vertices.resize(num_vertices, 3);
-    joined.triangles.resize(num_triangles, 3);
-    Eigen::Index vertex = 0, triangle = 0;
-    for (const AnatomyMesh& part : parts) {
-        joined.vertices.middleRows(vertex, part.vertices.rows()) = part.vertices;
-        joined.triangles.middleRows(triangle, part.triangles.rows()) = part.triangles.array() + int(vertex);
         const bool bone = part.layer == "bone", hollow = part.joint != "head" && part.joint != "jaw";
         joined.is_bone.insert(joined.is_bone.end(), std::size_t(part.vertices.rows()), bone);
         joined.hollow.insert(joined.hollow.end(), std::size_t(part.vertices.rows()), hollow);
         joined.triangle_is_bone.insert(joined.triangle_is_bone.end(), std::size_t(part.triangles.rows()), bone);
-        vertex += part.vertices.rows();
-        triangle += part.triangles.rows();
     }
     return joined;
 }
@@ -196,11 +182,7 @@ SkinFitReport fit_to_skin(std::vector<AnatomyMesh>& parts, Points& joint_positio
         count += 1;
     }
     report.bone_displacement = count > 0 ? std::sqrt(sum / count) : 0.0;
-    Eigen::Index next = 0;
-    for (AnatomyMesh& part : parts) {
-        part.vertices = anatomy.vertices.middleRows(next, part.vertices.rows());
-        next += part.vertices.rows();
-    }
+    take_joined_vertices(anatomy.vertices, parts);
     return report;
 }
 

@@ -85,14 +85,7 @@ BoneSketch vertebra(const BodyLayout& layout, std::size_t idx)
     BoneSketch sketch{plan.name, plan.joint, plan.fma_id, plan.fma_id, 0.0055 * u, false, {}};
     sketch.field.begin_group(0.003, Field::Side::blended);
     const double d = plan.half_depth, w = plan.half_width, h = plan.half_height;
-    Tube body;
-    body.origin = at(0.0, -0.85 * h, 0.0);
-    body.axis = up;
-    body.length = 1.7 * h * u;
-    body.u = Vec::UnitX();
-    body.w = front;
-    body.exponent = 2.3;
-    body.cap_begin = body.cap_end = 0.3 * h * u;
+    Tube body{at(0.0, -0.85 * h, 0.0), up, 1.7 * h * u, Vec::UnitX(), front, 0.3 * h * u, 0.3 * h * u, 2.3};
     for (const double s : {0.0, 0.5, 1.0}) {
         const double waist = s == 0.5 ? 0.90 : 1.0;
         body.sections.push_back({s, 0.0, 0.0, waist * w * u, waist * w * u, waist * d * u, 0.9 * d * u});
@@ -187,15 +180,10 @@ BoneSketch sacrum(const BodyLayout& layout)
     BoneSketch sketch{"Sacrum", "pelvis", 16202, 16202, 0.0075 * u, false, {}};
     sketch.field.begin_group(0.004, Field::Side::blended);
     const Vec top = layout.place(0.0, 0.978, -0.050), tip = layout.place(0.0, 0.878, -0.078);
-    Tube body;
-    body.origin = top;
-    body.axis = (tip - top).normalized();
-    body.length = (tip - top).norm();
-    body.u = Vec::UnitX();
-    body.w = body.u.cross(body.axis).normalized();
-    if (body.w.z() < 0.0) body.w = -body.w;
-    body.exponent = 2.3;
-    body.cap_begin = body.cap_end = 0.006 * u;
+    const Vec down = (tip - top).normalized();
+    Vec front = Vec::UnitX().cross(down).normalized();
+    if (front.z() < 0.0) front = -front;
+    Tube body{top, down, (tip - top).norm(), Vec::UnitX(), front, 0.006 * u, 0.006 * u, 2.3};
     const std::array<std::array<double, 4>, 5> rows = {{{0.0, 0.046, 0.016, 0.000},
                                                         {0.25, 0.042, 0.014, -0.008},
                                                         {0.50, 0.032, 0.011, -0.013},

@@ -9,6 +9,21 @@
 
 namespace ndg {
 
+namespace {
+
+/// Sections from rows of place, centre (u, w) and half-axes (outer, inner, front, back) at unit size, with fat on all
+/// half-axes.
+template <std::size_t N>
+void add_sections(Tube& tube, const std::array<std::array<double, 7>, N>& rows, double unit, double fat,
+                  double fat_back)
+{
+    for (const auto& r : rows)
+        tube.sections.push_back({r[0], unit * r[1], unit * r[2], unit * r[3] + fat, unit * r[4] + fat,
+                                 unit * r[5] + fat, unit * r[6] + fat_back});
+}
+
+}  // namespace
+
 void add_head(Field& field, const BodyLayout& layout)
 {
     const double u = layout.head_scale(), male = layout.parameters().sex;
@@ -24,15 +39,14 @@ void add_head(Field& field, const BodyLayout& layout)
     field.begin_group(0.028 * u, Field::Side::blended, skin_head);
     field.add(Ellipsoid{at(0.0, 1.612, -0.008), radii(0.0735, 0.0895, 0.0945)}, 0.02 * u);
     // The face: sections from the chin up to the brow.
-    Tube face;
-    face.origin = at(0.0, 1.496, 0.030);
-    face.axis = Eigen::Vector3d::UnitY();
-    face.length = 0.110 * u;
-    face.u = Eigen::Vector3d::UnitX();
-    face.w = Eigen::Vector3d::UnitZ();
-    face.exponent = 2.2;
-    face.cap_begin = 0.014 * u;
-    face.cap_end = 0.028 * u;
+    Tube face{at(0.0, 1.496, 0.030),
+              Eigen::Vector3d::UnitY(),
+              0.110 * u,
+              Eigen::Vector3d::UnitX(),
+              Eigen::Vector3d::UnitZ(),
+              0.014 * u,
+              0.028 * u,
+              2.2};
     const double jaw = 0.0015 * male + 0.0020 * fat;
     const std::array<std::array<double, 4>, 6> face_rows = {{{0.00, 0.0290, 0.047, 0.030},
                                                              {0.16, 0.0425, 0.051, 0.035},
@@ -109,15 +123,7 @@ void add_foot(Field& field, const BodyLayout& layout)
     };
     field.begin_group(0.028 * u, Field::Side::mirrored, skin_foot);
     // From heel to the ball: sections across the foot.
-    Tube foot;
-    foot.origin = at(-0.040, 0.0, 0.0);
-    foot.axis = front;
-    foot.length = 0.178 * u;
-    foot.u = out;
-    foot.w = up;
-    foot.exponent = 2.3;
-    foot.cap_begin = 0.022 * u;
-    foot.cap_end = 0.016 * u;
+    Tube foot{at(-0.040, 0.0, 0.0), front, 0.178 * u, out, up, 0.022 * u, 0.016 * u, 2.3};
     // s, centre out, centre height, outer, inner, top, bottom
     const std::array<std::array<double, 7>, 6> rows = {{{0.00, 0.000, 0.034, 0.0270, 0.0270, 0.034, 0.033},
                                                         {0.20, 0.000, 0.034, 0.0300, 0.0300, 0.044, 0.033},
@@ -125,8 +131,7 @@ void add_foot(Field& field, const BodyLayout& layout)
                                                         {0.65, 0.003, 0.026, 0.0360, 0.0345, 0.033, 0.025},
                                                         {0.86, 0.004, 0.021, 0.0410, 0.0400, 0.021, 0.020},
                                                         {1.00, 0.004, 0.017, 0.0400, 0.0410, 0.0130, 0.016}}};
-    for (const auto& r : rows)
-        foot.sections.push_back({r[0], u * r[1], u * r[2], u * r[3] + fat, u * r[4] + fat, u * r[5] + fat, u * r[6]});
+    add_sections(foot, rows, u, fat, 0.0);  // the sole bears the body: no fat is added below
     field.add(foot, 0.02 * u);
     field.add(Ellipsoid{at(-0.042, 0.0, 0.030), u * Eigen::Vector3d(0.027, 0.029, 0.026)}, 0.02 * u);
     // Toes: start, lateral place, length, radius.
@@ -151,24 +156,14 @@ void add_hand(Field& field, const BodyLayout& layout)
         return wrist + u * (a * along + s * side + p * palm);
     };
     field.begin_group(0.022 * u, Field::Side::mirrored, skin_palm);
-    Tube hand;
-    hand.origin = wrist;
-    hand.axis = along;
-    hand.length = 0.094 * u;
-    hand.u = side;
-    hand.w = palm;
-    hand.exponent = 2.4;
-    hand.cap_begin = 0.020 * u;
-    hand.cap_end = 0.013 * u;
+    Tube hand{wrist, along, 0.094 * u, side, palm, 0.020 * u, 0.013 * u, 2.4};
     // s, centre to the thumb, centre to the palm, thumb side, little finger side, palm, back
     const std::array<std::array<double, 7>, 5> rows = {{{0.00, 0.003, 0.001, 0.0255, 0.0255, 0.0165, 0.0165},
                                                         {0.25, 0.001, 0.002, 0.0290, 0.0300, 0.0165, 0.0155},
                                                         {0.55, 0.000, 0.001, 0.0335, 0.0350, 0.0145, 0.0140},
                                                         {0.85, 0.000, 0.000, 0.0370, 0.0380, 0.0120, 0.0120},
                                                         {1.00, -0.001, 0.000, 0.0370, 0.0370, 0.0100, 0.0100}}};
-    for (const auto& r : rows)
-        hand.sections.push_back(
-            {r[0], u * r[1], u * r[2], u * r[3] + fat, u * r[4] + fat, u * r[5] + fat, u * r[6] + fat});
+    add_sections(hand, rows, u, fat, fat);
     field.add(hand, 0.02 * u);
     // Balls of thumb and little finger.
     Ellipsoid thenar{at(0.040, 0.020, 0.013), u * Eigen::Vector3d(0.028, 0.016, 0.013)};

@@ -48,10 +48,10 @@ struct TubeSection {
 struct Tube {
     Eigen::Vector3d origin, axis;  ///< axis: unit
     double length;
-    Eigen::Vector3d u, w;  ///< unit, orthogonal to the axis
-    std::vector<TubeSection> sections;
-    double exponent = 2.0;              ///< of the superellipses
-    double cap_begin, cap_end;          ///< m, half-axes of the ends beyond the first and last section
+    Eigen::Vector3d u, w;       ///< unit, orthogonal to the axis
+    double cap_begin, cap_end;  ///< m, half-axes of the ends beyond the first and last section
+    double exponent = 2.0;      ///< of the superellipses
+    std::vector<TubeSection> sections{};
     std::vector<TubeSection> slopes{};  ///< d/ds of the sections; made by prepare()
 
     /// Must be called when the sections are complete.

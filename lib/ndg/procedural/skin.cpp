@@ -86,9 +86,9 @@ const std::initializer_list<LimbRow> arm_rows = {
     {1.00, 0.0, 0.4, {1.8, 2.0, 0.1, 0.0}, {1.8, 2.0, 0.1, 0.0}, {2.7, 3.0, 0.1, 0.0}, {2.7, 3.0, 0.1, 0.0}},
 };
 
-Tube limb_tube(const BodyLayout& layout, std::initializer_list<LimbRow> rows)
+/// The tube with the sections of a limb.
+Tube limb_tube(Tube tube, const BodyLayout& layout, std::initializer_list<LimbRow> rows)
 {
-    Tube tube;
     for (const LimbRow& row : rows)
         tube.sections.push_back({row.s, row.centre_u * centimetre * layout.unit(),
                                  row.centre_w * centimetre * layout.unit(), row.outer.value(layout),
@@ -107,15 +107,9 @@ double size(const BodyLayout& layout, const Size& value)
 void add_trunk(Field& field, const BodyLayout& layout)
 {
     field.begin_group(0.02, Field::Side::middle, skin_trunk);
-    Tube trunk;
-    trunk.origin = Eigen::Vector3d(0.0, layout.height(trunk_rows.begin()->y), 0.0);
-    trunk.axis = Eigen::Vector3d::UnitY();
-    trunk.length = layout.height((trunk_rows.end() - 1)->y) - trunk.origin.y();
-    trunk.u = Eigen::Vector3d::UnitX();
-    trunk.w = Eigen::Vector3d::UnitZ();
-    trunk.exponent = 2.35;
-    trunk.cap_begin = 0.030 * layout.unit();
-    trunk.cap_end = 0.020 * layout.unit();
+    const double lowest = layout.height(trunk_rows.begin()->y), highest = layout.height((trunk_rows.end() - 1)->y);
+    Tube trunk{{0.0, lowest, 0.0},       Eigen::Vector3d::UnitY(), highest - lowest,      Eigen::Vector3d::UnitX(),
+               Eigen::Vector3d::UnitZ(), 0.030 * layout.unit(),    0.020 * layout.unit(), 2.35};
     const ProceduralParameters& p = layout.parameters();
     for (const TrunkRow& row : trunk_rows) {
         const double up = std::clamp((row.y - 1.00) / 0.20, 0.0, 1.0);
@@ -192,14 +186,10 @@ void add_leg(Field& field, const BodyLayout& layout)
 {
     const double u = layout.unit();
     field.begin_group(0.055 * u, Field::Side::mirrored, skin_leg);
-    Tube leg = limb_tube(layout, leg_rows);
-    leg.origin = layout.joint("left_thigh");
-    leg.axis = layout.leg_axis();
-    leg.length = (layout.joint("left_foot") - leg.origin).norm();
-    leg.u = layout.leg_out();
-    leg.w = layout.leg_front();
-    leg.cap_begin = 0.10 * u;
-    leg.cap_end = 0.035 * u;
+    const Eigen::Vector3d hip = layout.joint("left_thigh"), ankle = layout.joint("left_foot");
+    const Tube leg = limb_tube(
+        {hip, layout.leg_axis(), (ankle - hip).norm(), layout.leg_out(), layout.leg_front(), 0.10 * u, 0.035 * u},
+        layout, leg_rows);
     field.add(leg, 0.02 * u);
     field.clip_middle(0.006 * u, 0.02 * u);  // thick thighs flatten against each other
     // Kneecap and the hollow's sides, calf heads, ankle bones.
@@ -207,7 +197,6 @@ void add_leg(Field& field, const BodyLayout& layout)
     kneecap.centre = layout.joint("left_shin") + u * (0.039 * leg.w + 0.012 * Eigen::Vector3d::UnitY());
     kneecap.radii = u * Eigen::Vector3d(0.022, 0.027, 0.016);
     field.add(kneecap, 0.018 * u);
-    const Eigen::Vector3d ankle = layout.joint("left_foot");
     for (const double side : {1.0, -1.0}) {
         Ellipsoid malleolus;
         malleolus.centre = ankle + u * (side * (0.031 + layout.by_sex(0.0, 0.002)) * leg.u +
@@ -229,14 +218,11 @@ void add_arm(Field& field, const BodyLayout& layout)
 {
     const double u = layout.unit();
     field.begin_group(0.05 * u, Field::Side::mirrored, skin_arm);
-    Tube arm = limb_tube(layout, arm_rows);
-    arm.origin = layout.joint("left_upper_arm");
-    arm.axis = layout.arm_axis();
-    arm.length = (layout.joint("left_hand") - arm.origin).norm();
-    arm.u = layout.arm_up();
-    arm.w = Eigen::Vector3d::UnitZ();
-    arm.cap_begin = size(layout, {3.6, 4.4, 0.5, 0.4});
-    arm.cap_end = 0.02 * u;
+    const Eigen::Vector3d shoulder = layout.joint("left_upper_arm");
+    const Tube arm =
+        limb_tube({shoulder, layout.arm_axis(), (layout.joint("left_hand") - shoulder).norm(), layout.arm_up(),
+                   Eigen::Vector3d::UnitZ(), size(layout, {3.6, 4.4, 0.5, 0.4}), 0.02 * u},
+                  layout, arm_rows);
     field.add(arm, 0.02 * u);
     // Point of the elbow.
     Ellipsoid olecranon;

@@ -36,19 +36,14 @@ struct PointSet {
 
 PointSet gather(const std::vector<AnatomyMesh>& anatomy)
 {
-    Eigen::Index count = 0;
-    for (const AnatomyMesh& part : anatomy) count += part.vertices.rows();
     PointSet set;
-    set.positions.resize(count, 3);
-    Eigen::Index next = 0;
+    set.positions = join_meshes(anatomy).vertices;
     for (std::size_t i = 0; i < anatomy.size(); ++i) {
         const AnatomyMesh& part = anatomy[i];
         const auto rows = std::size_t(part.vertices.rows());
-        set.positions.middleRows(next, part.vertices.rows()) = part.vertices;
         set.part_of.insert(set.part_of.end(), rows, int(i));
         set.is_bone.insert(set.is_bone.end(), rows, part.layer == "bone");
         set.hollow.insert(set.hollow.end(), rows, part.joint != "head" && part.joint != "jaw");
-        next += part.vertices.rows();
     }
     return set;
 }
@@ -270,11 +265,7 @@ CoverReport cover_with_skin(const Eigen::Ref<const Points>& skin_vertices,
     const Eigen::VectorXd moved = (points.positions - before).rowwise().norm();
     report.moved_vertices = int((moved.array() > 1e-4).count());
     report.max_displacement = moved.maxCoeff();
-    Eigen::Index next = 0;
-    for (AnatomyMesh& part : anatomy) {
-        part.vertices = points.positions.middleRows(next, part.vertices.rows());
-        next += part.vertices.rows();
-    }
+    take_joined_vertices(points.positions, anatomy);
     return report;
 }
 

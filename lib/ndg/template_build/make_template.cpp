@@ -119,19 +119,13 @@ void add_wraps(const std::vector<AnatomyMesh>& anatomy, const RowMatrix& dense_w
 
 void gather_anatomy(const std::vector<AnatomyMesh>& anatomy, Template& result)
 {
-    Eigen::Index num_vertices = 0, num_triangles = 0;
-    for (const AnatomyMesh& mesh : anatomy) {
-        num_vertices += mesh.vertices.rows();
-        num_triangles += mesh.triangles.rows();
-    }
-    result.anatomy_vertices.resize(num_vertices, 3);
-    result.anatomy_triangles.resize(num_triangles, 3);
+    TriangleMesh joined = join_meshes(anatomy);
+    result.anatomy_vertices = std::move(joined.vertices);
+    result.anatomy_triangles = std::move(joined.triangles);
     int vertex = 0, triangle = 0;
     for (const AnatomyMesh& mesh : anatomy) {
         const int vertex_end = vertex + static_cast<int>(mesh.vertices.rows());
         const int triangle_end = triangle + static_cast<int>(mesh.triangles.rows());
-        result.anatomy_vertices.middleRows(vertex, mesh.vertices.rows()) = mesh.vertices;
-        result.anatomy_triangles.middleRows(triangle, mesh.triangles.rows()) = mesh.triangles.array() + vertex;
         result.anatomy_parts.push_back(
             {mesh.name, mesh.layer, vertex, vertex_end, triangle, triangle_end, mesh.fma_id, mesh.side});
         vertex = vertex_end;

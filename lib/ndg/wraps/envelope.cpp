@@ -15,25 +15,6 @@ namespace {
 /// Large structures take a coarser grid: their envelope is as smooth as the ball that rolls over them.
 constexpr double trunk_spacing_factor = 2.0, belly_spacing_factor = 3.0;
 
-TriangleMesh merged(const std::vector<const AnatomyMesh*>& parts)
-{
-    Eigen::Index num_vertices = 0, num_triangles = 0;
-    for (const AnatomyMesh* part : parts) {
-        num_vertices += part->vertices.rows();
-        num_triangles += part->triangles.rows();
-    }
-    TriangleMesh mesh{Points(num_vertices, 3), Triangles(num_triangles, 3)};
-    num_vertices = num_triangles = 0;
-    for (const AnatomyMesh* part : parts) {
-        mesh.vertices.middleRows(num_vertices, part->vertices.rows()) = part->vertices;
-        mesh.triangles.middleRows(num_triangles, part->triangles.rows()) =
-            part->triangles.array() + static_cast<int>(num_vertices);
-        num_vertices += part->vertices.rows();
-        num_triangles += part->triangles.rows();
-    }
-    return mesh;
-}
-
 /// Joints of spine, pelvis and shoulder girdle.
 std::vector<int> trunk_joints()
 {
@@ -104,7 +85,7 @@ WrapEnvelopes wrap_envelopes(const WrapSkin& skin, const std::vector<AnatomyMesh
     Eigen::VectorXd trunk_weight = Eigen::VectorXd::Zero(skin.vertices.rows());
     for (const int joint : joints) trunk_weight += skin.weights.col(joint);
 
-    std::vector<const AnatomyMesh*> bones, trunk, all;
+    std::vector<const TriangleMesh*> bones, trunk, all;
     for (const AnatomyMesh& part : anatomy) {
         all.push_back(&part);
         if (part.layer != "bone") continue;
@@ -119,12 +100,12 @@ WrapEnvelopes wrap_envelopes(const WrapSkin& skin, const std::vector<AnatomyMesh
     envelopes.skin = signed_distance_grid(box, skin.vertices, skin.triangles);
 
     {
-        const TriangleMesh mesh = merged(bones);
+        const TriangleMesh mesh = join_meshes(bones);
         envelopes.bone = closing_grid(box, mesh.vertices, mesh.triangles, options.bone_closing);
     }
     ScalarGrid pocket, bridge, belly;
     if (!trunk.empty()) {
-        const TriangleMesh mesh = merged(trunk);
+        const TriangleMesh mesh = join_meshes(trunk);
         const auto closing = [&](double radius, double spacing) {
             return closing_grid(grid_around(mesh.vertices, radius + 3.0 * spacing, spacing), mesh.vertices,
                                 mesh.triangles, radius);
@@ -135,7 +116,7 @@ WrapEnvelopes wrap_envelopes(const WrapSkin& skin, const std::vector<AnatomyMesh
     }
     const std::vector<Eigen::Vector2d> spine = spine_line(skin.joint_positions);
     {
-        const TriangleMesh mesh = merged(all);
+        const TriangleMesh mesh = join_meshes(all);
         envelopes.muscle = closing_grid(box, mesh.vertices, mesh.triangles, options.muscle_closing);
     }
 #pragma omp parallel for schedule(static)
