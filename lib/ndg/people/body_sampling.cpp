@@ -58,7 +58,7 @@ void BodySamplingOptions::check() const
 MakeHumanParameters makehuman_parameters(const MakeHuman& source, const Adult& adult, MakeHumanParameters wished)
 {
     wished.sex = adult.male ? 1.0 : 0.0;
-    // MakeHuman's young shape stands for 25 years and less.
+    // MakeHuman's slider runs from 25 years and less, 0.5, to 90, 1.
     wished.age = 0.5 + std::max(0.0, adult.age_years - 25.0) / 130.0;
     double place = 0.6, height = 0.5, reached_stature = 0.0, reached_bmi = 0.0;
     for (int round = 0; round < max_rounds; ++round) {
