@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "ndg/body_build/layer_batch.h"
 #include "ndg/core/error.h"
 #include "ndg/core/interrupt.h"
 #include "ndg/core/tool.h"
+#include "ndg/layers/layer_batch.h"
 
 #include <fmt/format.h>
 
@@ -63,7 +63,7 @@ int main(int argc, char** argv)
     return tool.run(argc, argv, [&] {
         catch_interrupts();
         const Template body_template = read_template(template_path);
-        const BodySet skins = read_skins(skins_path, body_template);
+        const SkinSet skins = read_skins(skins_path, body_template);
         people_options.from_skins = sex == "skins";
         people_options.person.sex = sex == "male" ? 1.0 : sex == "female" ? 0.0 : 0.5;
         const std::vector<Person> people = people_of_skins(skins, skins_path, people_options);

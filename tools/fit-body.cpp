@@ -4,7 +4,7 @@
 #include "ndg/core/interrupt.h"
 #include "ndg/core/tool.h"
 #include "ndg/registration/batch_report.h"
-#include "ndg/registration/people.h"
+#include "ndg/scan/people.h"
 
 #include <fmt/format.h>
 
@@ -81,8 +81,8 @@ int main(int argc, char** argv)
         std::vector<JointExample> joint_examples;
         std::string key = provenance.config_json + body_template.file_sha256;
         if (!examples.empty()) {
-            BodySet set = read_skins(examples, body_template);
-            for (Body& body : set.bodies) {
+            SkinSet set = read_skins(examples, body_template);
+            for (Skin& body : set.bodies) {
                 joint_examples.push_back({std::move(body.skin_vertices), std::move(body.joint_positions)});
             }
             for (const Provenance::Input& input : provenance.inputs) {
@@ -108,7 +108,7 @@ int main(int argc, char** argv)
             require_input(entries.size() > 1 || report.fitted > 0, "{}", entries.front().failure);
             throw QualityError(fmt::format("none of the {} scans passes, {} is not written", entries.size(), output));
         }
-        BodySet skins = batch_skins(entries, keep_failed, [&](const std::string& name) {
+        SkinSet skins = batch_skins(entries, keep_failed, [&](const std::string& name) {
             const auto found = known.find(name);
             const Person& p = found == known.end() ? person : found->second;
             return std::make_pair(p.sex, p.age_years);

@@ -23,6 +23,14 @@ BodySet example_bodies(const Template& tube)
     return set;
 }
 
+SkinSet skins_of(const BodySet& bodies)
+{
+    return {{bodies.bodies.begin(), bodies.bodies.end()},
+            bodies.parameter_names,
+            bodies.parameters,
+            bodies.template_sha256};
+}
+
 PoseSet example_poses()
 {
     PoseSet set;

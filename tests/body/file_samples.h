@@ -12,6 +12,8 @@
 namespace ndg::test {
 
 BodySet example_bodies(const Template& tube);
+/// The skins of bodies.
+SkinSet skins_of(const BodySet& bodies);
 PoseSet example_poses();
 ShapeSpace example_shape_space(const BodySet& bodies);
 

@@ -64,7 +64,7 @@ TEST_CASE("Damaged bodies and skins are refused", "[files]")
     const Template tube = tube_template(5, 6);
     const BodySet bodies = example_bodies(tube);
     write_bodies(folder.file("bodies.h5"), bodies, example_provenance());
-    write_skins(folder.file("skins.h5"), bodies, example_provenance());
+    write_skins(folder.file("skins.h5"), skins_of(bodies), example_provenance());
     const std::vector<Damage> common = {
         {"f['/bodies/skin_vertices'][1, 3, 2] = np.nan", {"/bodies/skin_vertices", "nan"}},
         {"put('/bodies/skin_vertices', f['/bodies/skin_vertices'][:, :31])", {"/bodies/skin_vertices", "31"}},

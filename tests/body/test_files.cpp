@@ -142,16 +142,17 @@ TEST_CASE("Bodies and skins come back in single precision", "[files]")
     const Template tube = tube_template(5, 6);
     const BodySet bodies = example_bodies(tube);
     write_bodies(folder.file("bodies.h5"), bodies, example_provenance());
-    write_skins(folder.file("skins.h5"), bodies, example_provenance());
+    write_skins(folder.file("skins.h5"), skins_of(bodies), example_provenance());
     const BodySet back = read_bodies(folder.file("bodies.h5"), tube);
-    const BodySet skins = read_skins(folder.file("skins.h5"), tube);
+    const SkinSet skins = read_skins(folder.file("skins.h5"), tube);
     REQUIRE(back.bodies.size() == 3);
     REQUIRE(skins.bodies.size() == 3);
     CHECK(back.parameter_names == bodies.parameter_names);
     CHECK(back.parameters == bodies.parameters);
     CHECK(skins.parameters == bodies.parameters);
     for (std::size_t i = 0; i < 3; ++i) {
-        const Body &body = bodies.bodies[i], &read = back.bodies[i], &skin = skins.bodies[i];
+        const Body &body = bodies.bodies[i], &read = back.bodies[i];
+        const Skin& skin = skins.bodies[i];
         CHECK(read.name == body.name);
         CHECK(skin.name == body.name);
         CHECK(largest_difference(read.skin_vertices, body.skin_vertices) < 1e-7);
@@ -160,7 +161,6 @@ TEST_CASE("Bodies and skins come back in single precision", "[files]")
         CHECK(largest_difference(read.joint_positions, body.joint_positions) < 1e-6);
         CHECK(largest_difference(skin.skin_vertices, body.skin_vertices) < 1e-7);
         CHECK(largest_difference(skin.joint_positions, body.joint_positions) < 1e-6);
-        CHECK(skin.volume_vertices.rows() == 0);
     }
     const std::string common =
         "'/bodies/names': (3,), '/bodies/parameter_names': (2,), '/bodies/parameters': (3, 2),"
@@ -177,7 +177,7 @@ TEST_CASE("Bodies without parameters are bodies; none, or uneven ones, are refus
     BodySet bodies = example_bodies(tube);
     bodies.parameter_names.clear();
     bodies.parameters.resize(0, 0);
-    write_skins(folder.file("skins.h5"), bodies, example_provenance());
+    write_skins(folder.file("skins.h5"), skins_of(bodies), example_provenance());
     CHECK(read_skins(folder.file("skins.h5"), tube).parameters.cols() == 0);
 
     bodies.bodies[1].volume_vertices.conservativeResize(3, 3);

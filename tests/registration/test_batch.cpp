@@ -3,8 +3,7 @@
 #include "ndg/core/file.h"
 #include "ndg/io/mesh.h"
 #include "ndg/registration/batch_report.h"
-#include "ndg/registration/people.h"
-#include "registration/test_support.h"
+#include "registration/person.h"
 #include "support/support.h"
 
 #include <fstream>
@@ -67,24 +66,4 @@ TEST_CASE("a batch reports bad scans, goes on, and starts again where it was sto
     CHECK(batch_skins(two, false, nobody).bodies.size() == 1);
     CHECK(batch_skins(two, true, nobody).bodies.size() == 2);
     CHECK_THROWS_AS(scan_files({folder.file("a.ply"), folder.file("a.ply")}), InputError);
-}
-
-TEST_CASE("people are written as they are read")
-{
-    const test::TemporaryFolder folder;
-    BodySet bodies;
-    bodies.parameter_names = {"stature_m", "age_years", "sex"};
-    bodies.bodies.resize(2);
-    bodies.bodies[0].name = "a";
-    bodies.bodies[1].name = "b";
-    bodies.parameters.resize(2, 3);
-    bodies.parameters << 1.7, 33.0, 0.0, 1.8, 44.0, 1.0;
-    write_people(folder.file("people.json"), bodies, "skins");
-    const People people = read_people(folder.file("people.json"));
-    REQUIRE(people.size() == 2);
-    CHECK(people.at("a").sex == 0.0);
-    CHECK(people.at("a").age_years == 33.0);
-    CHECK(people.at("b").sex == 1.0);
-    bodies.parameter_names[2] = "gender";
-    CHECK_THROWS_AS(write_people(folder.file("people.json"), bodies, "skins"), InputError);
 }

@@ -139,10 +139,10 @@ std::vector<BatchEntry> fit_batch(const BodyFitter& fitter, const std::vector<st
     return entries;
 }
 
-BodySet batch_skins(const std::vector<BatchEntry>& entries, bool keep_failed,
+SkinSet batch_skins(const std::vector<BatchEntry>& entries, bool keep_failed,
                     const std::function<std::pair<double, double>(const std::string&)>& person)
 {
-    BodySet skins;
+    SkinSet skins;
     skins.parameter_names = {"sex", "age_years", "stature_m", "fit_mean_m"};
     for (const BatchEntry& entry : entries) {
         if (is_kept(entry, keep_failed)) skins.bodies.push_back(entry.fitted.body);

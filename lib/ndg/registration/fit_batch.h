@@ -42,7 +42,7 @@ std::vector<BatchEntry> fit_batch(const BodyFitter& fitter, const std::vector<st
 
 /// Skins of the entries that passed the gate (or, with `keep_failed`, of all that were fitted), with parameters sex,
 /// age_years, stature_m and fit_mean_m, and their poses. `person`: sex (0 female, 1 male) and age of a name.
-BodySet batch_skins(const std::vector<BatchEntry>& entries, bool keep_failed,
+SkinSet batch_skins(const std::vector<BatchEntry>& entries, bool keep_failed,
                     const std::function<std::pair<double, double>(const std::string&)>& person);
 PoseSet batch_poses(const std::vector<BatchEntry>& entries, bool keep_failed);
 

@@ -4,7 +4,7 @@
 
 #include "ndg/body/pose_set.h"
 #include "ndg/dataset/deformation_file.h"
-#include "ndg/scene/body_layers.h"
+#include "ndg/scene/body_surfaces.h"
 #include "ndg/scene/camera.h"
 #include "ndg/scene/image.h"
 
