@@ -2,10 +2,10 @@
 // How the anatomy follows from body to body: the template's embedding against a warp by radial basis functions
 // (Komaritzan et al. 2021; NDG supplement 3). Without --template: a tube.
 #include "ndg/body/embedding.h"
-#include "ndg/body_build/bone_interior.h"
 #include "ndg/core/error.h"
 #include "ndg/core/tool.h"
 #include "ndg/geometry/closest_point.h"
+#include "ndg/wraps/bone_interior.h"
 #include "report.h"
 #include "support/support.h"
 

@@ -4,7 +4,7 @@
 #include "ndg/core/stopwatch.h"
 #include "ndg/core/threads.h"
 #include "ndg/core/tool.h"
-#include "ndg/fem/simulation_parameters.h"
+#include "ndg/simulation/simulation_parameters.h"
 #include "ndg/motion/clinical_angles.h"
 #include "ndg/solver/sparse_cholesky.h"
 #include "report.h"

@@ -6,7 +6,7 @@
 #include "ndg/core/random.h"
 #include "ndg/core/threads.h"
 #include "ndg/core/tool.h"
-#include "ndg/motion/rotation.h"
+#include "ndg/geometry/rotation.h"
 #include "report.h"
 
 #include <chrono>

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "ndg/body_build/layer_batch.h"
 #include "ndg/core/error.h"
 #include "ndg/core/interrupt.h"
-#include "ndg/core/log.h"
 #include "ndg/core/tool.h"
+#include "ndg/layers/layer_batch.h"
 
 #include <fmt/format.h>
 
@@ -31,12 +30,11 @@ void print_statistics(const LayerBatch& batch)
     fmt::print("skin displacement: mean {:.3f} mm, of the worst body {:.3f} mm, largest {:.2f} mm\n",
                1e3 * column("mean_skin_displacement_m").mean(), 1e3 * column("mean_skin_displacement_m").maxCoeff(),
                1e3 * column("max_skin_displacement_m").maxCoeff());
-    if (!batch.seconds.empty())
-        fmt::print("core-seconds a body: mean {:.2f}, largest {:.2f}\n",
-                   std::accumulate(batch.seconds.begin(), batch.seconds.end(), 0.0) /
-                       static_cast<double>(batch.seconds.size()),
-                   *std::max_element(batch.seconds.begin(), batch.seconds.end()));
-    if (batch.num_resumed > 0) fmt::print("{} bodies were built by an earlier run\n", batch.num_resumed);
+    fmt::print(
+        "core-seconds a body: mean {:.2f}, largest {:.2f}\n",
+        std::accumulate(batch.seconds.begin(), batch.seconds.end(), 0.0) / static_cast<double>(batch.seconds.size()),
+        *std::max_element(batch.seconds.begin(), batch.seconds.end()));
+    if (batch.num_resumed > 0) fmt::print("{} skins were finished by an earlier run\n", batch.num_resumed);
 }
 
 }  // namespace
@@ -48,13 +46,12 @@ int main(int argc, char** argv)
         "Builds the layers of every skin: bone wrap, muscle wrap, bone interior, all prisms valid; fat and muscle "
         "from the skin's girths.",
         "build-layers --template template.h5 --skins skins.h5 --output bodies.h5");
-    std::string template_path, skins_path, sex = "skins";
+    std::string template_path, skins_path, output, sex = "skins";
     LayerFitOptions options;
     PeopleOptions people_options;
-    LayerBatchOptions batch_options;
     tool.input("template", template_path, "template file");
     tool.input("skins", skins_path, "skins in the template's tessellation");
-    tool.output("output", batch_options.output, "bodies file to write");
+    tool.output("output", output, "bodies file to write");
     tool.parameter("sex", sex, "of all people; 'skins': the skins' parameters sex and age_years",
                    {"skins", "female", "male", "unknown"});
     tool.parameter("age-years", people_options.person.age_years, "of all people, unless the skins say", 18.0, 110.0);
@@ -66,23 +63,22 @@ int main(int argc, char** argv)
     return tool.run(argc, argv, [&] {
         catch_interrupts();
         const Template body_template = read_template(template_path);
-        const BodySet skins = read_skins(skins_path, body_template);
+        const SkinSet skins = read_skins(skins_path, body_template);
         people_options.from_skins = sex == "skins";
         people_options.person.sex = sex == "male" ? 1.0 : sex == "female" ? 0.0 : 0.5;
         const std::vector<Person> people = people_of_skins(skins, skins_path, people_options);
         const Provenance provenance = tool.provenance();
-        batch_options.settings = provenance.config_json + body_template.file_sha256;
         const LayerBuilder builder(body_template, options);
-        LayerBatch batch = build_layer_batch(builder, skins, people, batch_options, interrupt_requested);
+        const PartStore store(output, "bodies", provenance.config_json + body_template.file_sha256, tool.force());
+        LayerBatch batch = build_layer_batch(builder, skins, people, store, interrupt_requested);
         batch.bodies.template_sha256 = body_template.file_sha256;
-        for (const std::string& failure : batch.failures) log_warning("FAILED: {}", failure);
         const std::size_t count = skins.bodies.size(), built = batch.bodies.bodies.size();
         if (built == 0) {
-            remove_layer_parts(batch_options);
+            store.remove();
             throw QualityError(fmt::format("none of the {} skins could be given layers", count));
         }
-        write_bodies(batch_options.output, batch.bodies, provenance);
-        remove_layer_parts(batch_options);
+        write_bodies(output, batch.bodies, provenance);
+        store.remove();
         print_statistics(batch);
         fmt::print("{} of {} bodies ({:.1f} %) passed\n", built, count,
                    100.0 * static_cast<double>(built) / static_cast<double>(count));

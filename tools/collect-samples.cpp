@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ndg/core/error.h"
 #include "ndg/core/tool.h"
-#include "ndg/fem/sample_shards.h"
+#include "ndg/dataset/check_dataset.h"
+#include "ndg/dataset/shards.h"
+#include "ndg/simulation/sample_part.h"
+#include "ndg/simulation/simulate.h"
 
 int main(int argc, char** argv)
 {
@@ -27,7 +30,7 @@ int main(int argc, char** argv)
             return;
         }
         if (check) {
-            const std::vector<std::string> defects = check_dataset(output, splits);
+            const std::vector<std::string> defects = check_dataset(output, splits, simulation_statistics());
             if (defects.size() > 1) fmt::print("{}\n", fmt::join(defects, "\n"));
             if (defects.size() == 1) throw InputError(defects.front());
             require_input(defects.empty(), "{}: has {} defects", output, defects.size());
@@ -38,8 +41,7 @@ int main(int argc, char** argv)
         fmt::print("{}", simulation_report(summary, set));
         if (check) fmt::print("complete, finite, no pair and no deformation twice\n");
         for (const FailedSample& failure : set.failures) {
-            fmt::print("failed: body {}, pose {} of split {}: {}\n", failure.pair.body_idx, failure.pair.pose_idx,
-                       failure.split, failure.reason);
+            fmt::print("failed: {}: {}\n", describe(SampleKey{failure.split, failure.pair}), failure.reason);
         }
         require_converged(summary, min_converged);
     });

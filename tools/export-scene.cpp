@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ndg/body/pose_set.h"
-#include "ndg/body/sample_set.h"
+#include "ndg/dataset/deformation_file.h"
 #include "ndg/core/error.h"
 #include "ndg/core/tool.h"
 #include "ndg/scene/contact_sheet.h"
@@ -49,16 +49,16 @@ BodyGeometry geometry_of(const Selection& selection, const BodyPoser& poser, con
     return posed_geometry(poser, body, pose, files[0].points(selection.sample_idx));
 }
 
-std::vector<Layer> scene_layers(const Template& body_template, const BodyGeometry& geometry)
+std::vector<SceneSurface> scene_surfaces(const Template& body_template, const BodyGeometry& geometry)
 {
-    std::vector<Layer> layers = anatomy_layers(body_template, geometry);
-    layers.push_back(bone_wrap_layer(body_template, geometry));
-    layers.push_back(muscle_wrap_layer(body_template, geometry));
-    layers.push_back(skin_layer(body_template, geometry));
+    std::vector<SceneSurface> surfaces = anatomy_surfaces(body_template, geometry);
+    surfaces.push_back(bone_wrap_surface(body_template, geometry));
+    surfaces.push_back(muscle_wrap_surface(body_template, geometry));
+    surfaces.push_back(skin_surface(body_template, geometry));
     // So that what lies inside shows through.
-    layers.back().opacity = 0.35f;
-    layers[layers.size() - 2].opacity = 0.5f;
-    return layers;
+    surfaces.back().opacity = 0.35f;
+    surfaces[surfaces.size() - 2].opacity = 0.5f;
+    return surfaces;
 }
 
 /// The first `count` poses, in the order they were sampled: the most different ones.
@@ -130,7 +130,7 @@ int main(int argc, char** argv)
                 for (const Provenance::Input& file : tool.provenance().inputs)
                     if (!file.licences.empty() && credits.find(file.licences) == std::string::npos)
                         credits += (credits.empty() ? "" : "; ") + file.licences;
-                write_glb(glb_path, scene_layers(body_template, geometry), credits);
+                write_glb(glb_path, scene_surfaces(body_template, geometry), credits);
                 std::cout << glb_path << "\n";
             }
             if (picture_path.empty()) return;

@@ -4,7 +4,7 @@
 #include "ndg/core/interrupt.h"
 #include "ndg/core/tool.h"
 #include "ndg/registration/batch_report.h"
-#include "ndg/registration/people.h"
+#include "ndg/scan/people.h"
 
 #include <fmt/format.h>
 
@@ -79,21 +79,21 @@ int main(int argc, char** argv)
         const People known = people.empty() ? People{} : read_people(people);
         const ScanTruth truth = truth_path.empty() ? ScanTruth{} : read_scan_truth(truth_path, body_template);
         std::vector<JointExample> joint_examples;
-        batch.output = output;
-        batch.settings = provenance.config_json + body_template.file_sha256;
+        std::string key = provenance.config_json + body_template.file_sha256;
         if (!examples.empty()) {
-            BodySet set = read_skins(examples, body_template);
-            for (Body& body : set.bodies) {
+            SkinSet set = read_skins(examples, body_template);
+            for (Skin& body : set.bodies) {
                 joint_examples.push_back({std::move(body.skin_vertices), std::move(body.joint_positions)});
             }
             for (const Provenance::Input& input : provenance.inputs) {
-                if (input.path == examples) batch.settings += input.sha256;
+                if (input.path == examples) key += input.sha256;
             }
         }
         const BodyFitter fitter(body_template, options, joint_examples);
         const std::vector<std::string> files = scan_files(scans);
+        const PartStore store(output, "scans", key, tool.force());
         const std::vector<BatchEntry> entries =
-            fit_batch(fitter, files, options, body_template.skin_triangles, batch, interrupt_requested);
+            fit_batch(fitter, files, options, body_template.skin_triangles, batch, store, interrupt_requested);
 
         const BatchReport report(entries, truth, body_template.skin_triangles);
         fmt::print("{}", report.text(entries));
@@ -103,12 +103,12 @@ int main(int argc, char** argv)
         if (!report_path.empty()) write_file(report_path, report.json(entries));
         const std::size_t kept = keep_failed ? report.fitted : report.passed;
         if (kept == 0) {
-            remove_parts(batch);
+            store.remove();
             // A single scan that cannot be read is wrong input, not a gate that failed.
             require_input(entries.size() > 1 || report.fitted > 0, "{}", entries.front().failure);
             throw QualityError(fmt::format("none of the {} scans passes, {} is not written", entries.size(), output));
         }
-        BodySet skins = batch_skins(entries, keep_failed, [&](const std::string& name) {
+        SkinSet skins = batch_skins(entries, keep_failed, [&](const std::string& name) {
             const auto found = known.find(name);
             const Person& p = found == known.end() ? person : found->second;
             return std::make_pair(p.sex, p.age_years);
@@ -116,7 +116,7 @@ int main(int argc, char** argv)
         skins.template_sha256 = body_template.file_sha256;
         write_skins(output, skins, provenance);
         if (!poses.empty()) write_poses(poses, batch_poses(entries, keep_failed), provenance);
-        remove_parts(batch);
+        store.remove();
         if (report.passed_share() < min_passed) {
             throw QualityError(
                 fmt::format("{} of {} scans did not pass", entries.size() - report.passed, entries.size()));

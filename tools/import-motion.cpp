@@ -6,8 +6,8 @@
 #include "ndg/core/tool.h"
 #include "ndg/motion/keyframes.h"
 #include "ndg/motion/motion_files.h"
-#include "ndg/motion/retarget.h"
-#include "ndg/motion/retarget_units.h"
+#include "ndg/retarget/retarget.h"
+#include "ndg/retarget/retarget_units.h"
 
 #include <fmt/format.h>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ndg/body/template.h"
 #include "ndg/core/tool.h"
-#include "ndg/motion/splits.h"
+#include "ndg/dataset/make_splits.h"
 
 #include <fmt/format.h>
 

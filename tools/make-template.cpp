@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "ndg/body_build/make_template.h"
-#include "ndg/body_build/template_check.h"
-#include "ndg/body_source/anatomy_source.h"
-#include "ndg/body_source/procedural_body.h"
+#include "ndg/anatomical/source.h"
 #include "ndg/core/error.h"
 #include "ndg/core/tool.h"
+#include "ndg/procedural/body.h"
+#include "ndg/template_build/make_template.h"
+#include "ndg/template_build/template_check.h"
 
 #include <fmt/format.h>
 

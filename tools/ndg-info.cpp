@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "ndg/body_build/template_check.h"
 #include "ndg/core/error.h"
 #include "ndg/core/tool.h"
 #include "ndg/io/h5.h"
 #include "ndg/io/mesh.h"
+#include "ndg/template_build/template_check.h"
 
 #include <fmt/format.h>
 

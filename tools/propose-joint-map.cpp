@@ -3,8 +3,8 @@
 #include "ndg/core/error.h"
 #include "ndg/core/file.h"
 #include "ndg/core/tool.h"
-#include "ndg/motion/joint_map_proposal.h"
 #include "ndg/motion/motion_files.h"
+#include "ndg/retarget/joint_map_proposal.h"
 
 #include <fmt/format.h>
 

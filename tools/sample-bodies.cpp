@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "ndg/body_source/body_sampling.h"
-#include "ndg/body_source/procedural_body.h"
 #include "ndg/core/tool.h"
+#include "ndg/people/body_sampling.h"
+#include "ndg/procedural/body.h"
 
 #include <fmt/format.h>
 
@@ -27,7 +27,7 @@ int main(int argc, char** argv)
     tool.parameter("detail-spread", options.detail_spread, "of its sliders for girths and segments", 0.0, 0.5);
     return tool.run(argc, argv, [&] {
         const Template body_template = read_template(template_path);
-        const BodySet skins = sample_skins(body_template, makehuman, count, tool.seed(), options);
+        const SkinSet skins = sample_skins(body_template, makehuman, count, tool.seed(), options);
         write_skins(output, skins,
                     tool.provenance(body_template.source_name == "anatomy" ? makehuman_licence : procedural_licence));
         const Eigen::RowVectorXd low = skins.parameters.colwise().minCoeff();

@@ -2,9 +2,10 @@
 #include "ndg/core/error.h"
 #include "ndg/core/interrupt.h"
 #include "ndg/core/tool.h"
-#include "ndg/fem/replay.h"
-#include "ndg/fem/sample_shards.h"
-#include "ndg/fem/simulation_parameters.h"
+#include "ndg/dataset/check_dataset.h"
+#include "ndg/dataset/shards.h"
+#include "ndg/simulation/replay.h"
+#include "ndg/simulation/simulation_parameters.h"
 
 int main(int argc, char** argv)
 {
@@ -36,7 +37,10 @@ int main(int argc, char** argv)
 
         if (replay_idx >= 0) {
             const Replay replay = replay_sample(body_template, bodies, poses, splits, replay_idx, options);
-            fmt::print("{}{}", replay_report(replay), compare_with_stored(replay, output));
+            fmt::print("{}", replay_report(replay));
+            if (replay.failure.empty()) {
+                fmt::print("{}", compare_with_stored(replay.task.key(), replay.result.vertices, output));
+            }
             if (!replay_output.empty()) write_replay(replay_output, replay, tool.provenance());
             return;
         }

@@ -3,9 +3,9 @@
 #include "ndg/core/error.h"
 #include "ndg/core/tool.h"
 #include "ndg/io/mesh.h"
-#include "ndg/registration/people.h"
-#include "ndg/registration/scan_simulation.h"
-#include "ndg/registration/scan_truth.h"
+#include "ndg/scan/people.h"
+#include "ndg/scan/scan_simulation.h"
+#include "ndg/scan/scan_truth.h"
 
 #include <fmt/format.h>
 
@@ -41,7 +41,7 @@ int main(int argc, char** argv)
     return tool.run(argc, argv, [&] {
         require_input(!folder.empty(), "--scans is missing");
         const Template body_template = read_template(template_path);
-        const BodySet skins = read_skins(skins_path, body_template);
+        const SkinSet skins = read_skins(skins_path, body_template);
         const int total = static_cast<int>(skins.bodies.size());
         require_input(first < total, "{}: --first {}, but there are {} bodies", skins_path, first, total);
         const int end = count > 0 ? std::min(total, first + count) : total;
@@ -50,7 +50,7 @@ int main(int argc, char** argv)
         ScanTruth truth;
         std::size_t points = 0;
         for (int b = first; b < end; ++b) {
-            const Body& body = skins.bodies[static_cast<std::size_t>(b)];
+            const Skin& body = skins.bodies[static_cast<std::size_t>(b)];
             SimulatedScan simulated = simulate_scan(
                 {body.skin_vertices, body_template.skin_triangles, body_template.skin_weights, body.joint_positions},
                 options, tool.seed(), b);

@@ -64,7 +64,7 @@ TEST_CASE("Damaged bodies and skins are refused", "[files]")
     const Template tube = tube_template(5, 6);
     const BodySet bodies = example_bodies(tube);
     write_bodies(folder.file("bodies.h5"), bodies, example_provenance());
-    write_skins(folder.file("skins.h5"), bodies, example_provenance());
+    write_skins(folder.file("skins.h5"), skins_of(bodies), example_provenance());
     const std::vector<Damage> common = {
         {"f['/bodies/skin_vertices'][1, 3, 2] = np.nan", {"/bodies/skin_vertices", "nan"}},
         {"put('/bodies/skin_vertices', f['/bodies/skin_vertices'][:, :31])", {"/bodies/skin_vertices", "31"}},
@@ -107,41 +107,6 @@ TEST_CASE("Damaged poses are refused", "[files]")
          {"/skeleton/joint_names[2]", "spine_9"}},
     };
     check_damages(folder.file("poses.h5"), damages, [](const std::string& copy) { read_poses(copy); });
-}
-
-TEST_CASE("Damaged splits are refused", "[files]")
-{
-    const TemporaryFolder folder;
-    write_splits(folder.file("splits.h5"), example_splits(), example_provenance());
-    const std::vector<Damage> damages = {
-        {"f['/splits/test/bodies'][0] = 3", {"/splits/test/bodies", "3", "train"}},
-        {"f['/splits/validation/poses'][0] = 4", {"/splits/validation/poses", "4", "train"}},
-        {"f['/splits/train/poses'][0] = 1", {"/splits/train/poses", "1"}},
-        {"f['/splits/train/poses'][0] = 5", {"/splits/train/poses", "5"}},
-        {"f['/splits/validation/pairs'][0, 0] = 0", {"/splits/validation/pairs", "body 0 in pose 2"}},
-        {"f['/splits/train/pairs'][0, 1] = 0", {"/splits/train/pairs", "twice"}},
-        {"f['/splits/train/pairs'][0, 1] = -1", {"/splits/train/pairs", "-1"}},
-        {"put('/splits/train/pairs', f['/splits/train/pairs'][:, :1])", {"/splits/train/pairs"}},
-        {"del f['/splits/test']", {"/splits/test"}},
-    };
-    check_damages(folder.file("splits.h5"), damages, [](const std::string& copy) { read_splits(copy, 4, 5); });
-}
-
-TEST_CASE("Damaged deformations are refused", "[files]")
-{
-    const TemporaryFolder folder;
-    write_deformations(folder.file("deformations.h5"), example_deformations(), example_provenance());
-    const std::vector<Damage> damages = {
-        {"f['/deformations/vertices'][1, 2, 0] = np.inf", {"/deformations/vertices", "inf"}},
-        {"put('/deformations/vertices', f['/deformations/vertices'][:2])", {"/deformations/vertices", "2 x 4 x 3"}},
-        {"put('/deformations/vertices', f['/deformations/vertices'][:, :3])", {"/deformations/vertices", "3 vertices"}},
-        {"put('/deformations/splits', ['train', 'test', 'tset'])", {"/deformations/splits[2]", "tset"}},
-        {"f['/deformations/pairs'][0, 0] = -1", {"/deformations/pairs", "-1"}},
-        {"f['/statistics/seconds'][0] = np.nan", {"/statistics/seconds", "nan"}},
-        {"put('/statistics/seconds', [1.0, 2.0])", {"/statistics/seconds"}},
-        {"del f.attrs['method']", {"method"}},
-    };
-    check_damages(folder.file("deformations.h5"), damages, [](const std::string& copy) { read_deformations(copy, 4); });
 }
 
 TEST_CASE("Damaged shape spaces are refused", "[files]")

@@ -107,7 +107,7 @@ TEST_CASE("adaptive remeshing of an open hemisphere with two regions")
     const auto wanted = [](double y) { return y > 0.0 ? 0.04 : 0.04 - 0.08 * y; };
     field.edge_length = half.vertices.col(1).unaryExpr(wanted);
     field.fixed.assign(kept.size(), 0);
-    const RemeshResult result = remesh_adaptively(half, labels, field);
+    const LabelledMesh result = remesh_adaptively(half, labels, field);
 
     const TriangleTree tree(half.vertices, half.triangles);
     for (Eigen::Index v = 0; v < result.mesh.vertices.rows(); ++v)
@@ -141,7 +141,7 @@ TEST_CASE("adaptive remeshing of an open hemisphere with two regions")
 
     // Fixed vertices stay with the edges between them.
     field.fixed.assign(kept.size(), 1);
-    const RemeshResult same = remesh_adaptively(half, labels, field);
+    const LabelledMesh same = remesh_adaptively(half, labels, field);
     CHECK(same.mesh.vertices == half.vertices);
     CHECK(same.mesh.triangles == half.triangles);
     field.edge_length[3] = 0.0;
@@ -169,7 +169,7 @@ TEST_CASE("no edge crosses an open surface from boundary to boundary")
     const RemeshField field{Eigen::VectorXd::Constant(strip.vertices.rows(), side),
                             std::vector<char>(static_cast<std::size_t>(strip.vertices.rows()), 0)};
     const std::vector<int> labels(2 * length, 0);
-    const RemeshResult result = remesh_adaptively(strip, labels, field);
+    const LabelledMesh result = remesh_adaptively(strip, labels, field);
     const auto edges = mesh_edges(result.mesh.triangles, static_cast<int>(result.mesh.vertices.rows()));
     std::vector<char> on_boundary(static_cast<std::size_t>(result.mesh.vertices.rows()), 0);
     for (const auto& edge : edges) {
@@ -191,7 +191,7 @@ TEST_CASE("decimation onto vertices of the input")
     std::vector<int> labels;
     for (Eigen::Index t = 0; t < sphere.triangles.rows(); ++t) labels.push_back(centroid_height(sphere, t) > 0 ? 1 : 0);
     const auto kept_before = std::count(labels.begin(), labels.end(), 0);
-    const RemeshResult result = decimate_labelled(sphere, labels, 150);
+    const LabelledMesh result = decimate_labelled(sphere, labels, 150);
     CHECK(closed_surface_defect(result.mesh.vertices, result.mesh.triangles).empty());
     CHECK(self_intersections(result.mesh.vertices, result.mesh.triangles, true).empty());
     CHECK(std::count(result.triangle_labels.begin(), result.triangle_labels.end(), 0) == kept_before);

@@ -88,26 +88,29 @@ TEST_CASE("malformed DeepMimic files are refused with file, item and value")
         CHECK_THROWS_AS(files.read(skeleton, frames), InputError);
         CHECK_THROWS_WITH(files.read(skeleton, frames), Contains(files.folder.path()) && Contains(message));
     };
-    check(character, motion.substr(0, 120), "c_take.txt: is not valid JSON");
-    check(character, "[1]", "c_take.txt: is not a JSON object");
+    check(character, motion.substr(0, 120), "not valid JSON");
+    check(character, "[1]", "c_take.txt: expected an object, got [1]");
     check(character, "{\"Loop\": \"wrap\"}", "has no \"Frames\"");
     check(character, "{\"Frames\": []}", "has no frames");
-    check(character, "{\"Frames\": [3]}", "frame 0 is no list");
-    check(character, replaced(motion, ", 1.5707963267948966]", "]"), "frame 0 has 12 values, the skeleton has 13");
-    check(character, replaced(motion, "1, 2, 3", "1, null, 3"), "value 2 of frame 0 is null");
-    check(character, replaced(motion, "1, 2, 3", "1, NaN, 3"), "is not valid JSON");
-    check(character, replaced(motion, "1, 2, 3", "1, 1e999, 3"), "is not valid JSON");
+    check(character, "{\"Frames\": [3]}", "Frames[0]: expected a list of 13, got 3");
+    check(character, replaced(motion, ", 1.5707963267948966]", "]"), "Frames[0]: expected a list of 13, got [");
+    check(character, replaced(motion, "1, 2, 3", "1, null, 3"), "Frames[0][2]: expected a number, got null");
+    check(character, replaced(motion, "1, 2, 3", "1, NaN, 3"), "not valid JSON");
+    check(character, replaced(motion, "1, 2, 3", "1, 1e999, 3"), "not valid JSON");
     check(character, replaced(motion, "0, 1, 0, 0, 0, 0]", "0, 0.1, 0, 0, 0, 0]"),
           "the quaternion of \"chest\" in frame 1 has norm 0.1");
     check(character, replaced(motion, "[0.5, 1", "[-0.5, 1"), "the duration of frame 0 is -0.5");
     check(character, "{\"Frames\": [[0, 0,0,0, 1,0,0,0, 1,0,0,0, 0]]}", "gives no frame rate");
-    check("{}", motion, "c_character.json: the file has no \"Skeleton\"");
-    check(replaced(character, "revolute", "planar"), motion, "\"Type\" of joint 2 is \"planar\"");
-    check(replaced(character, "\"Parent\": 1", "\"Parent\": 2"), motion, "\"Parent\" of joint 2 is 2");
-    check(replaced(character, "\"ID\": 2", "\"ID\": 7"), motion, "\"ID\" of joint 2 is 7");
+    check("{}", motion, "c_character.json: has no \"Skeleton\"");
+    check(replaced(character, "revolute", "planar"), motion,
+          "Skeleton.Joints[2].Type: expected one of spherical | revolute | fixed, got \"planar\"");
+    check(replaced(character, "\"Parent\": 1", "\"Parent\": 2"), motion,
+          "Skeleton.Joints[2].Parent: expected an integer in [0, 1], got 2");
+    check(replaced(character, "\"ID\": 2", "\"ID\": 7"), motion, "Skeleton.Joints[2].ID: expected 2, got 7");
     check(replaced(character, "\"arm\"", "\"chest\""), motion, "two joints are named \"chest\"");
-    check(replaced(character, "\"AttachY\": 0.25", "\"AttachY\": \"a\""), motion, "\"AttachY\" of joint 2 is \"a\"");
+    check(replaced(character, "\"AttachY\": 0.25", "\"AttachY\": \"a\""), motion,
+          "Skeleton.Joints[2].AttachY: expected a number, got \"a\"");
     check(replaced(character, "\"AttachZ\": 0.2}", "\"AttachZ\": 0.2, \"AttachThetaX\": 0.1}"), motion,
-          "\"AttachThetaX\" of joint 2 is 0.1");
+          "Skeleton.Joints[2].AttachThetaX: expected 0 (joints at an angle are not supported), got 0.1");
     CHECK_THROWS_AS(read_deepmimic(files.folder.file("none.json"), files.folder.file("c_take.txt")), InputError);
 }

@@ -1,13 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
-// A body of plausible proportions in an A pose, joints only.
+// A body of plausible proportions in an A pose, joints only, and what tests of its motion share.
 #pragma once
 
 #include "ndg/body/skeleton.h"
 
+#include <cmath>
 #include <map>
 #include <string>
 
 namespace ndg::test {
+
+constexpr double degree = M_PI / 180.0;
+
+/// A file or folder of the project's configs.
+inline std::string config_path(const std::string& name)
+{
+    return std::string(NDG_TEST_SOURCE) + "/configs/" + name;
+}
 
 inline Points human_joints()
 {
@@ -50,6 +59,17 @@ inline Points posed_joints(const Points& joints, const Pose& pose)
         posed.row(j) = (motions[j] * joints.row(j).transpose().eval()).transpose();
     }
     return posed;
+}
+
+inline Eigen::Vector3d at(const Points& joints, const std::string& name)
+{
+    return joints.row(standard_skeleton().joint(name)).transpose();
+}
+
+/// Unit vector from one joint to another.
+inline Eigen::Vector3d direction(const Points& joints, const std::string& from, const std::string& to)
+{
+    return (at(joints, to) - at(joints, from)).normalized();
 }
 
 }  // namespace ndg::test

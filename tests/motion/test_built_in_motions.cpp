@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // The motions of configs/motions.
+#include "ndg/geometry/rotation.h"
 #include "ndg/motion/joint_limits.h"
 #include "ndg/motion/keyframes.h"
 #include "ndg/motion/motion_files.h"
-#include "ndg/motion/rotation.h"
 #include "support/support.h"
 
-#include "human.h"
+#include "motion/human.h"
 
 #include <catch2/catch.hpp>
 
@@ -15,30 +15,18 @@
 #include <limits>
 
 using namespace ndg;
-using test::human_joints;
-using test::posed_joints;
-
-namespace {
-
-constexpr double degree = M_PI / 180.0;
-
-std::string motions_folder()
-{
-    return std::string(NDG_TEST_SOURCE) + "/configs/motions/";
-}
-
-}  // namespace
+using namespace ndg::test;
 
 TEST_CASE("every built-in motion is read, smooth and within human ranges")
 {
     int num_motions = 0, num_poses = 0;
-    for (const MotionFile& file : find_motion_files({motions_folder()})) {
+    for (const MotionFile& file : find_motion_files({config_path("motions")})) {
         CHECK(file.keyframes);
         CHECK(file.skip_reason.empty());
     }
     const Points rest = human_joints();
     const ClinicalFrames frames(rest);
-    for (const auto& entry : std::filesystem::directory_iterator(motions_folder())) {
+    for (const auto& entry : std::filesystem::directory_iterator(config_path("motions"))) {
         INFO(entry.path());
         REQUIRE(is_keyframe_motion(entry.path().string()));
         const KeyframeMotion motion = read_keyframe_motion(entry.path().string());
@@ -74,9 +62,9 @@ TEST_CASE("every built-in motion is read, smooth and within human ranges")
 TEST_CASE("built-in motions keep to published ranges of motion, or nearly")
 {
     const Points rest = human_joints();
-    const JointLimits limits(read_joint_limits(std::string(NDG_TEST_SOURCE) + "/configs/joint-limits.json"), rest);
+    const JointLimits limits(read_joint_limits(config_path("joint-limits.json")), rest);
     int num_checked = 0, num_outside = 0;
-    for (const MotionFile& file : find_motion_files({motions_folder()})) {
+    for (const MotionFile& file : find_motion_files({config_path("motions")})) {
         const PoseSet poses = keyframe_poses(read_keyframe_motion(file.path), rest, 10.0);
         for (int i = 0; i < poses.size(); ++i) {
             const std::vector<double> excess = limits.excess(poses.poses[std::size_t(i)].parent_from_joint);
@@ -97,7 +85,7 @@ TEST_CASE("built-in motions keep to published ranges of motion, or nearly")
 TEST_CASE("the walk is symmetric and its feet alternate on the ground; the squat is deep on flat feet")
 {
     const Points rest = human_joints();
-    const KeyframeMotion walk = read_keyframe_motion(motions_folder() + "walk.json");
+    const KeyframeMotion walk = read_keyframe_motion(config_path("motions/walk.json"));
     const PoseSet steps = keyframe_poses(walk, rest, 0.0);
     const Skeleton& skeleton = standard_skeleton();
     const int left = skeleton.joint("left_foot"), right = skeleton.joint("right_foot");
@@ -123,7 +111,7 @@ TEST_CASE("the walk is symmetric and its feet alternate on the ground; the squat
         }
     }
 
-    const PoseSet squat = keyframe_poses(read_keyframe_motion(motions_folder() + "squat.json"), rest, 0.0);
+    const PoseSet squat = keyframe_poses(read_keyframe_motion(config_path("motions/squat.json")), rest, 0.0);
     double lowest = 1e9, tilt = 0;
     for (const Pose& pose : squat.poses) {
         const auto motion = forward_kinematics(skeleton, rest, pose);

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ndg/core/error.h"
 #include "ndg/core/random.h"
+#include "ndg/geometry/rotation.h"
 #include "ndg/motion/clinical_angles.h"
 #include "ndg/motion/joint_limits.h"
-#include "ndg/motion/rotation.h"
 #include "support/support.h"
 
-#include "human.h"
+#include "motion/human.h"
 
 #include <catch2/catch.hpp>
 
@@ -16,21 +16,14 @@
 #include <map>
 
 using namespace ndg;
+using namespace ndg::test;
 using Catch::Matchers::Contains;
-using test::human_joints;
 
 namespace {
 
-constexpr double degree = M_PI / 180.0;
-
-std::string shipped()
-{
-    return std::string(NDG_TEST_SOURCE) + "/configs/joint-limits.json";
-}
-
 const JointLimits& limits()
 {
-    static const JointLimits table(read_joint_limits(shipped()), human_joints());
+    static const JointLimits table(read_joint_limits(config_path("joint-limits.json")), human_joints());
     return table;
 }
 
@@ -78,7 +71,7 @@ double largest_angle(const std::vector<Eigen::Matrix3d>& a, const std::vector<Ei
 
 TEST_CASE("the shipped limits cover every joint that motion moves, and give both sides the same")
 {
-    const JointLimitTable table = read_joint_limits(shipped());
+    const JointLimitTable table = read_joint_limits(config_path("joint-limits.json"));
     std::vector<bool> covered(num_standard_joints, false);
     for (const JointRange& range : table.ranges) {
         CHECK_FALSE(covered[range.joint]);
@@ -245,14 +238,15 @@ TEST_CASE("files of joint limits are checked")
         CHECK_THROWS_WITH(read_joint_limits(path), Contains("limits.json") && Contains(message));
     };
     check(R"("tail": {"long_axis": "y"})", "\"tail\" is not one of our joints");
-    check(R"("shin": {})", "\"shin\" has no \"long_axis\"");
-    check(R"("shin": {"long_axis": "w"})", "\"w\"");
-    check(R"("shin": {"long_axis": "y", "colour": 1})", "unknown key \"colour\"");
+    check(R"("shin": {})", "joints.shin: has no \"long_axis\"");
+    check(R"("shin": {"long_axis": "w"})", "joints.shin.long_axis: expected one of x | y | z, got \"w\"");
+    check(R"("shin": {"long_axis": "y", "colour": 1})", "joints.shin: unknown key \"colour\", did you mean \"cone\"?");
     check(R"("pelvis": {"long_axis": "y"})", "the root \"pelvis\"");
     check(R"("shin": {"long_axis": "y", "base": "toes"})", "not a joint above it");
-    check(R"("shin": {"long_axis": "y", "x": {"+": {"degrees": 20}}})", "has no source");
+    check(R"("shin": {"long_axis": "y", "x": {"+": {"degrees": 20}}})", "joints.shin.x.+: has no \"source\"");
     check(R"("shin": {"long_axis": "y", "x": {"+": {"degrees": 20, "source": "b"}}})", "source \"b\"");
-    check(R"("shin": {"long_axis": "y", "x": {"+": {"degrees": "x", "source": "a"}}})", "\"degrees\" of \"shin\"");
+    check(R"("shin": {"long_axis": "y", "x": {"+": {"degrees": "x", "source": "a"}}})",
+          "joints.shin.x.+.degrees: expected a number in [-180, 200], got \"x\"");
     check(R"("shin": {"long_axis": "y", "x": {"+": {"degrees": -20, "source": "a"}}})", "-10 to -20 degrees");
     check(R"("shin": {"long_axis": "y", "x": {"+": {"degrees": 170, "source": "a"}}})", "at most 160");
     std::ofstream(path) << "{";

@@ -2,13 +2,13 @@
 // Clinical angles and motions written by hand.
 #include "ndg/core/error.h"
 #include "ndg/core/file.h"
+#include "ndg/geometry/rotation.h"
 #include "ndg/motion/joint_limits.h"
 #include "ndg/motion/keyframes.h"
 #include "ndg/motion/motion_files.h"
-#include "ndg/motion/rotation.h"
 #include "support/support.h"
 
-#include "human.h"
+#include "motion/human.h"
 
 #include <catch2/catch.hpp>
 
@@ -17,13 +17,10 @@
 #include <limits>
 
 using namespace ndg;
+using namespace ndg::test;
 using Catch::Matchers::Contains;
-using test::human_joints;
-using test::posed_joints;
 
 namespace {
-
-constexpr double degree = M_PI / 180.0;
 
 using Angles = std::map<std::string, double>;
 
@@ -293,25 +290,27 @@ TEST_CASE("malformed motions are refused in one sentence")
     refused(R"("tracks": {"jaw.opening": [[0, 1], [0, 2]]})", "time 0 does not come after 0");
     refused(R"("tracks": {"jaw.opening": [[0, 1], [2.5, 2]]})", "time 2.5 lies outside 0 to 2");
     refused(R"("period": 1, "tracks": {"jaw.opening": [[0, 1], [1, 2]]})", "time 1 lies outside 0 to 1");
-    refused(R"("tracks": {"jaw.opening": [[0, null]]})", "has the value null, no number");
+    refused(R"("tracks": {"jaw.opening": [[0, null]]})", "tracks.jaw.opening[0][1]: expected a number, got null");
     refused(R"("tracks": {"jaw.opening": [[0, NaN]]})", "not valid JSON");
     refused(R"("tracks": {"jaw.opening": [[0, 1e999]]})", "not valid JSON");
-    refused(R"("tracks": {"jaw.opening": [[0]]})", "not [time, degrees]");
-    refused(R"("tracks": {"jaw.opening": []})", "no list of keys");
+    refused(R"("tracks": {"jaw.opening": [[0]]})", "tracks.jaw.opening[0]: expected [time, degrees], got [0]");
+    refused(R"("tracks": {"jaw.opening": []})", "tracks.jaw.opening: expected a list of keys, got []");
     refused(R"("tracks": {"both_knee.flexion": [[0, 1]], "left_knee.flexion": [[0, 1]]})", "has two tracks");
     refused(R"("tracks": {"jaw.opening": [[0, 1]]}, "poses": [{"time": 0, "angles": {"jaw.opening": 1}}])",
             "has a track and a pose");
     refused(R"("poses": [{"time": 0, "angles": {"both_knee.flexion": 1, "left_knee.flexion": 2}}])", "is given twice");
     refused(R"("tracks": {"alternating_knee.flexion": [[0, 1]]})", "needs a \"period\"");
-    refused(R"("ground": "moon", "tracks": {"jaw.opening": [[0, 1]]})", "\"ground\" is \"moon\"");
+    refused(R"("ground": "moon", "tracks": {"jaw.opening": [[0, 1]]})",
+            "ground: expected one of none | lowest_foot | both_feet, got \"moon\"");
     refused(R"("speed": 2, "tracks": {"jaw.opening": [[0, 1]]})", "unknown key \"speed\"");
     refused(R"("description": "nothing")", "neither tracks nor poses");
-    refused(R"("duration": -1, "tracks": {"jaw.opening": [[0, 1]]})", "\"duration\" is -1");
+    refused(R"("duration": -1, "tracks": {"jaw.opening": [[0, 1]]})",
+            "duration: expected a number in (0, 3600], got -1");
     const test::TemporaryFolder folder;
     write_file(folder.file("m.json"), "{\"format\": \"ndg-keyframes\", \"tracks\": {");
     CHECK(is_keyframe_motion(folder.file("m.json")));
     CHECK_THROWS_WITH(read_keyframe_motion(folder.file("m.json")), Contains("not valid JSON"));
     write_file(folder.file("other.json"), "{\"Frames\": []}");
     CHECK_FALSE(is_keyframe_motion(folder.file("other.json")));
-    CHECK_THROWS_WITH(read_keyframe_motion(folder.file("none.json")), Contains("cannot be read"));
+    CHECK_THROWS_WITH(read_keyframe_motion(folder.file("none.json")), Contains("none.json: does not exist"));
 }

@@ -2,8 +2,8 @@
 #include "ndg/core/error.h"
 #include "ndg/core/random.h"
 #include "ndg/core/threads.h"
+#include "ndg/geometry/rotation.h"
 #include "ndg/motion/pose_sampling.h"
-#include "ndg/motion/rotation.h"
 
 #include <catch2/catch.hpp>
 
@@ -70,6 +70,15 @@ PoseSampling brute_force(const std::vector<Pose>& poses, int count, int first_id
         sampling.covering_radius.push_back(*farthest);
         next = static_cast<int>(farthest - nearest.begin());
     }
+    return sampling;
+}
+
+PoseSampling sampling_with_threads(int threads, const std::vector<Pose>& poses, int count, int first)
+{
+    const int before = num_threads();
+    set_num_threads(threads);
+    PoseSampling sampling = farthest_point_sampling(poses, count, first);
+    set_num_threads(before);
     return sampling;
 }
 
@@ -157,12 +166,7 @@ TEST_CASE("farthest-point sampling equals brute force")
 TEST_CASE("sampling all poses takes each once and covers them; threads do not matter")
 {
     const std::vector<Pose> poses = random_poses(200, 5);
-    const int threads = num_threads();
-    set_num_threads(1);
-    const PoseSampling one = farthest_point_sampling(poses, 200, 0);
-    set_num_threads(4);
-    const PoseSampling four = farthest_point_sampling(poses, 200, 0);
-    set_num_threads(threads);
+    const PoseSampling one = sampling_with_threads(1, poses, 200, 0), four = sampling_with_threads(4, poses, 200, 0);
     CHECK(one.order == four.order);
     CHECK(one.covering_radius == four.covering_radius);
     CHECK(one.covering_radius.back() == 0.0);
@@ -189,12 +193,8 @@ TEST_CASE("sampling is the same to the last bit as brute force, ties and all")
 TEST_CASE("sampling so many poses that threads share them gives the same on one and two, and as brute force")
 {
     const std::vector<Pose> poses = random_poses(12003, 31);
-    const int threads = num_threads();
-    set_num_threads(1);
-    const PoseSampling one = farthest_point_sampling(poses, 200, 12002);
-    set_num_threads(2);
-    const PoseSampling two = farthest_point_sampling(poses, 200, 12002);
-    set_num_threads(threads);
+    const PoseSampling one = sampling_with_threads(1, poses, 200, 12002);
+    const PoseSampling two = sampling_with_threads(2, poses, 200, 12002);
     CHECK(one.order == two.order);
     CHECK(one.covering_radius == two.covering_radius);
     const PoseSampling expected = brute_force(poses, 20, 12002);

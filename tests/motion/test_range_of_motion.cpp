@@ -4,7 +4,7 @@
 #include "ndg/motion/range_of_motion.h"
 #include "support/support.h"
 
-#include "human.h"
+#include "motion/human.h"
 
 #include <catch2/catch.hpp>
 
@@ -14,12 +14,10 @@
 #include <cmath>
 
 using namespace ndg;
+using namespace ndg::test;
 using Catch::Matchers::Contains;
-using test::human_joints;
 
 namespace {
-
-constexpr double degree = M_PI / 180.0;
 
 /// Poses with one angle at 0, 1, ... `count` - 1 degrees.
 PoseSet poses_of(const std::string& angle, int count, double step = 1.0)
@@ -48,7 +46,7 @@ const AngleRange& find(const RangeOfMotion& ranges, const std::string& angle)
 
 JointLimitTable limits()
 {
-    return read_joint_limits(std::string(NDG_TEST_SOURCE) + "/configs/joint-limits.json");
+    return read_joint_limits(config_path("joint-limits.json"));
 }
 
 }  // namespace

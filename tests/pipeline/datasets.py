@@ -103,7 +103,7 @@ try:
         path = f"{cut}.parts/{name}"
         os.truncate(path, os.path.getsize(path) // 2)
     code, text = data.simulate(cut)
-    check(code == 0 and text.count("simulated again") == 2 and difference(whole, cut) == "",
+    check(code == 0 and text.count("made again") == 2 and difference(whole, cut) == "",
           "truncated parts are simulated again")
 
     # Seven processes, a shard each, two at a time.

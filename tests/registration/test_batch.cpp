@@ -3,8 +3,7 @@
 #include "ndg/core/file.h"
 #include "ndg/io/mesh.h"
 #include "ndg/registration/batch_report.h"
-#include "ndg/registration/people.h"
-#include "registration/test_support.h"
+#include "registration/person.h"
 #include "support/support.h"
 
 #include <fstream>
@@ -29,15 +28,16 @@ TEST_CASE("a batch reports bad scans, goes on, and starts again where it was sto
     options.nonrigid.iterations = 6;
     const BodyFitter fitter(test::skin_template(), options);
     BatchOptions batch;
-    batch.output = folder.file("out.h5");
-    const auto entries = fit_batch(fitter, files, options, skin.triangles, batch, [] { return false; });
+    const auto never = [] { return false; };
+    const PartStore store(folder.file("out.h5"), "scans", "key", false);
+    CHECK_THROWS_AS(fit_batch(fitter, files, options, skin.triangles, batch, store, [] { return true; }), Interrupted);
+    const auto entries = fit_batch(fitter, files, options, skin.triangles, batch, store, never);
     REQUIRE(entries.size() == 3);
     CHECK(entries[0].failure.empty());
     CHECK(entries[1].failure.find("b.obj") != std::string::npos);
     CHECK(entries[2].failure.find("c.stl") != std::string::npos);
-    CHECK_THROWS_AS(fit_batch(fitter, files, options, skin.triangles, batch, [] { return true; }), Interrupted);
     // From the part: the same numbers, its time included.
-    const auto again = fit_batch(fitter, files, options, skin.triangles, batch, [] { return false; });
+    const auto again = fit_batch(fitter, files, options, skin.triangles, batch, store, never);
     CHECK(again[0].fitted.report.seconds == entries[0].fitted.report.seconds);
     CHECK(again[0].fitted.body.skin_vertices == entries[0].fitted.body.skin_vertices);
     CHECK(batch_skins(again, false, [](const std::string&) { return std::make_pair(0.0, 30.0); }).bodies.size() == 1);
@@ -66,24 +66,4 @@ TEST_CASE("a batch reports bad scans, goes on, and starts again where it was sto
     CHECK(batch_skins(two, false, nobody).bodies.size() == 1);
     CHECK(batch_skins(two, true, nobody).bodies.size() == 2);
     CHECK_THROWS_AS(scan_files({folder.file("a.ply"), folder.file("a.ply")}), InputError);
-}
-
-TEST_CASE("people are written as they are read")
-{
-    const test::TemporaryFolder folder;
-    BodySet bodies;
-    bodies.parameter_names = {"stature_m", "age_years", "sex"};
-    bodies.bodies.resize(2);
-    bodies.bodies[0].name = "a";
-    bodies.bodies[1].name = "b";
-    bodies.parameters.resize(2, 3);
-    bodies.parameters << 1.7, 33.0, 0.0, 1.8, 44.0, 1.0;
-    write_people(folder.file("people.json"), bodies, "skins");
-    const People people = read_people(folder.file("people.json"));
-    REQUIRE(people.size() == 2);
-    CHECK(people.at("a").sex == 0.0);
-    CHECK(people.at("a").age_years == 33.0);
-    CHECK(people.at("b").sex == 1.0);
-    bodies.parameter_names[2] = "gender";
-    CHECK_THROWS_AS(write_people(folder.file("people.json"), bodies, "skins"), InputError);
 }

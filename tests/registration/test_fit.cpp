@@ -3,7 +3,7 @@
 #include "ndg/io/mesh.h"
 #include "ndg/registration/fit_errors.h"
 #include "ndg/registration/initial_alignment.h"
-#include "registration/test_support.h"
+#include "registration/person.h"
 #include "support/support.h"
 
 #include <cmath>

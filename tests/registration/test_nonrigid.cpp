@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ndg/registration/nonrigid_fit.h"
-#include "registration/test_support.h"
+#include "registration/person.h"
 
 #include <map>
 

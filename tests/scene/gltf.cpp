@@ -26,13 +26,13 @@ std::uint32_t word(const std::string& bytes, std::size_t offset)
     return value;
 }
 
-std::vector<Layer> body_like()
+std::vector<SceneSurface> body_like()
 {
-    Layer skin = sphere("skin", 0.9, 2, {0.8f, 0.7f, 0.6f});
+    SceneSurface skin = sphere("skin", 0.9, 2, {0.8f, 0.7f, 0.6f});
     skin.opacity = 0.4f;
-    Layer bones = sphere("bones", 0.3, 1, {0.9f, 0.9f, 0.8f});
+    SceneSurface bones = sphere("bones", 0.3, 1, {0.9f, 0.9f, 0.8f});
     bones.vertices.rowwise() += Eigen::RowVector3d(0.1, 0.2, 0.3);
-    Layer coloured = square("muscle_wrap", 0.5, 0.25, {1, 0, 0});
+    SceneSurface coloured = square("muscle_wrap", 0.5, 0.25, {1, 0, 0});
     coloured.vertex_colours = VertexColours::Constant(4, 3, 0.5f);
     return {skin, bones, coloured};
 }
@@ -65,7 +65,7 @@ TEST_CASE("The container is a version 2 GLB of a padded JSON chunk and a binary 
 TEST_CASE("Nodes, accessors and materials survive reading by tinygltf")
 {
     const test::TemporaryFolder folder;
-    const std::vector<Layer> layers = body_like();
+    const std::vector<SceneSurface> layers = body_like();
     write_glb(folder.file("a.glb"), layers);
     tinygltf::Model model;
     std::string error, warning;
@@ -81,8 +81,8 @@ TEST_CASE("Nodes, accessors and materials survive reading by tinygltf")
 
     for (const tinygltf::Node& node : model.nodes) {
         INFO(node.name);
-        const Layer* layer = nullptr;
-        for (const Layer& candidate : layers)
+        const SceneSurface* layer = nullptr;
+        for (const SceneSurface& candidate : layers)
             if (candidate.name == node.name) layer = &candidate;
         REQUIRE(layer != nullptr);
         const tinygltf::Primitive& primitive = model.meshes[std::size_t(node.mesh)].primitives.at(0);
@@ -127,7 +127,7 @@ TEST_CASE("The same layers give the same bytes; malformed ones are refused")
     write_glb(folder.file("a.glb"), body_like());
     write_glb(folder.file("b.glb"), body_like());
     CHECK(read_file(folder.file("a.glb")) == read_file(folder.file("b.glb")));
-    std::vector<Layer> twice = body_like();
+    std::vector<SceneSurface> twice = body_like();
     twice[1].name = "skin";
     CHECK_THROWS_WITH(write_glb(folder.file("c.glb"), twice), Catch::Contains("skin"));
     CHECK_THROWS_AS(write_glb(folder.file("c.glb"), {}), Error);

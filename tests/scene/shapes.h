@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Simple layers for the scene tests.
+// Simple surfaces for the scene tests.
 #pragma once
 
-#include "ndg/scene/layer.h"
+#include "ndg/scene/scene_surface.h"
 
 #include <array>
 #include <map>
@@ -13,20 +13,20 @@
 namespace ndg::test {
 
 /// Square of half width `half` in the plane z = `depth`, facing +z.
-inline Layer square(const std::string& name, double half, double depth, const Eigen::Vector3f& colour)
+inline SceneSurface square(const std::string& name, double half, double depth, const Eigen::Vector3f& colour)
 {
-    Layer layer;
-    layer.name = name;
-    layer.vertices.resize(4, 3);
-    layer.vertices << -half, -half, depth, half, -half, depth, half, half, depth, -half, half, depth;
-    layer.triangles.resize(2, 3);
-    layer.triangles << 0, 1, 2, 0, 2, 3;
-    layer.colour = colour;
-    return layer;
+    SceneSurface surface;
+    surface.name = name;
+    surface.vertices.resize(4, 3);
+    surface.vertices << -half, -half, depth, half, -half, depth, half, half, depth, -half, half, depth;
+    surface.triangles.resize(2, 3);
+    surface.triangles << 0, 1, 2, 0, 2, 3;
+    surface.colour = colour;
+    return surface;
 }
 
 /// Sphere about the origin: an octahedron whose triangles are split in four `levels` times.
-inline Layer sphere(const std::string& name, double radius, int levels, const Eigen::Vector3f& colour)
+inline SceneSurface sphere(const std::string& name, double radius, int levels, const Eigen::Vector3f& colour)
 {
     std::vector<Eigen::RowVector3d> points = {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
     std::vector<std::array<int, 3>> triangles = {{0, 2, 4}, {2, 1, 4}, {1, 3, 4}, {3, 0, 4},
@@ -49,15 +49,15 @@ inline Layer sphere(const std::string& name, double radius, int levels, const Ei
         }
         triangles = finer;
     }
-    Layer layer;
-    layer.name = name;
-    layer.colour = colour;
-    layer.vertices.resize(Eigen::Index(points.size()), 3);
-    for (std::size_t i = 0; i < points.size(); ++i) layer.vertices.row(Eigen::Index(i)) = radius * points[i];
-    layer.triangles.resize(Eigen::Index(triangles.size()), 3);
+    SceneSurface surface;
+    surface.name = name;
+    surface.colour = colour;
+    surface.vertices.resize(Eigen::Index(points.size()), 3);
+    for (std::size_t i = 0; i < points.size(); ++i) surface.vertices.row(Eigen::Index(i)) = radius * points[i];
+    surface.triangles.resize(Eigen::Index(triangles.size()), 3);
     for (std::size_t i = 0; i < triangles.size(); ++i)
-        layer.triangles.row(Eigen::Index(i)) << triangles[i][0], triangles[i][1], triangles[i][2];
-    return layer;
+        surface.triangles.row(Eigen::Index(i)) << triangles[i][0], triangles[i][1], triangles[i][2];
+    return surface;
 }
 
 }  // namespace ndg::test

@@ -14,7 +14,8 @@ namespace {
 constexpr int format_version = 1;
 
 /// Writes one array of every body as bodies x rows x 3.
-void write_positions(H5Writer& writer, const std::string& dataset, const BodySet& bodies, Points Body::*positions,
+template <typename T, typename Owner>
+void write_positions(H5Writer& writer, const std::string& dataset, const PeopleOf<T>& bodies, Points Owner::*positions,
                      const std::string& description)
 {
     const Eigen::Index rows = (bodies.bodies.front().*positions).rows();
@@ -29,8 +30,9 @@ void write_positions(H5Writer& writer, const std::string& dataset, const BodySet
     }
 }
 
-void read_positions(const H5Reader& reader, const std::string& dataset, Eigen::Index rows, BodySet& bodies,
-                    Points Body::*positions)
+template <typename T, typename Owner>
+void read_positions(const H5Reader& reader, const std::string& dataset, Eigen::Index rows, PeopleOf<T>& bodies,
+                    Points Owner::*positions)
 {
     const std::vector<std::size_t> expected = {bodies.bodies.size(), static_cast<std::size_t>(rows), 3};
     const std::vector<std::size_t> shape = reader.shape(dataset);
@@ -47,12 +49,13 @@ void read_positions(const H5Reader& reader, const std::string& dataset, Eigen::I
 }
 
 /// What bodies and skins have in common.
-void write_common(H5Writer& writer, const BodySet& bodies)
+template <typename T>
+void write_common(H5Writer& writer, const PeopleOf<T>& bodies)
 {
     const auto count = static_cast<Eigen::Index>(bodies.bodies.size());
     const auto num_parameters = static_cast<Eigen::Index>(bodies.parameter_names.size());
     std::vector<std::string> names;
-    for (const Body& body : bodies.bodies) names.push_back(body.name);
+    for (const T& body : bodies.bodies) names.push_back(body.name);
     require(num_parameters == 0 || (bodies.parameters.rows() == count && bodies.parameters.cols() == num_parameters),
             "{} bodies with {} parameters were given {} x {} parameter values", count, num_parameters,
             bodies.parameters.rows(), bodies.parameters.cols());
@@ -61,14 +64,15 @@ void write_common(H5Writer& writer, const BodySet& bodies)
     writer.write("/bodies/parameter_names", bodies.parameter_names, "names of the parameters, unit as suffix");
     writer.write("/bodies/parameters", num_parameters > 0 ? bodies.parameters : RowMatrix(count, 0),
                  "parameters of each body", Storage::float64);
-    write_positions(writer, "/bodies/skin_vertices", bodies, &Body::skin_vertices, "rest positions of the skins, m");
-    write_positions(writer, "/bodies/joint_positions", bodies, &Body::joint_positions,
+    write_positions(writer, "/bodies/skin_vertices", bodies, &Skin::skin_vertices, "rest positions of the skins, m");
+    write_positions(writer, "/bodies/joint_positions", bodies, &Skin::joint_positions,
                     "rest positions of the joints, m");
 }
 
-BodySet read_common(const H5Reader& reader, const Template& body_template)
+template <typename T>
+PeopleOf<T> read_common(const H5Reader& reader, const Template& body_template)
 {
-    BodySet bodies;
+    PeopleOf<T> bodies;
     const std::vector<std::string> names = reader.read_strings("/bodies/names");
     require_input(!names.empty(), "{}: /bodies/names is empty", reader.path());
     bodies.bodies.resize(names.size());
@@ -82,9 +86,9 @@ BodySet read_common(const H5Reader& reader, const Template& body_template)
     bodies.parameters = reader.read_matrix("/bodies/parameters", static_cast<Eigen::Index>(names.size()),
                                            static_cast<Eigen::Index>(bodies.parameter_names.size()));
     read_positions(reader, "/bodies/skin_vertices", body_template.rest.skin_vertices.rows(), bodies,
-                   &Body::skin_vertices);
+                   &Skin::skin_vertices);
     read_positions(reader, "/bodies/joint_positions", body_template.skeleton.num_joints(), bodies,
-                   &Body::joint_positions);
+                   &Skin::joint_positions);
     return bodies;
 }
 
@@ -105,7 +109,7 @@ void write_bodies(const std::string& path, const BodySet& bodies, const Provenan
 BodySet read_bodies(const std::string& path, const Template& body_template)
 {
     const H5Reader reader(path, "ndg-bodies", format_version);
-    BodySet bodies = read_common(reader, body_template);
+    BodySet bodies = read_common<Body>(reader, body_template);
     read_positions(reader, "/bodies/volume_vertices", body_template.num_volume_vertices(), bodies,
                    &Body::volume_vertices);
     read_positions(reader, "/bodies/interior_vertices", body_template.rest.interior_vertices.rows(), bodies,
@@ -120,7 +124,7 @@ BodySet read_bodies(const std::string& path, const Template& body_template)
     return bodies;
 }
 
-void write_skins(const std::string& path, const BodySet& skins, const Provenance& provenance)
+void write_skins(const std::string& path, const SkinSet& skins, const Provenance& provenance)
 {
     require(!skins.bodies.empty(), "There are no skins to write to {}", path);
     H5Writer writer(path, "ndg-skins", format_version, provenance);
@@ -128,9 +132,9 @@ void write_skins(const std::string& path, const BodySet& skins, const Provenance
     writer.commit();
 }
 
-BodySet read_skins(const std::string& path, const Template& body_template)
+SkinSet read_skins(const std::string& path, const Template& body_template)
 {
-    return read_common(H5Reader(path, "ndg-skins", format_version), body_template);
+    return read_common<Skin>(H5Reader(path, "ndg-skins", format_version), body_template);
 }
 
 PrismCheck check_prisms(const Eigen::Ref<const Points>& volume_vertices, const Eigen::Ref<const Prisms>& prisms)

@@ -13,14 +13,18 @@
 
 namespace ndg {
 
-/// One body: rest positions in the template's numbering.
-struct Body {
+/// A skin in the template's tessellation and its joints, at rest: all that is known of a person before layers are made.
+struct Skin {
     std::string name;
-    Points skin_vertices;  ///< N_s x 3, the whole closed skin with head, hands and toes
-    Points
-        volume_vertices;  ///< N_v x 3 = [bone wrap; muscle wrap; volumetric skin], N_w rows each (X-bar of the paper)
-    Points interior_vertices;  ///< N_i x 3, vertices inside the bone wrap (TetGen's and the caps')
-    Points joint_positions;    ///< J x 3
+    Points skin_vertices;    ///< N_s x 3, the whole closed skin with head, hands and toes
+    Points joint_positions;  ///< J x 3
+};
+
+/// A body at rest: a skin with the layers below it.
+struct Body : Skin {
+    /// N_v x 3: bone wrap, muscle wrap and volumetric skin, N_w rows each (X-bar of the paper).
+    Points volume_vertices;
+    Points interior_vertices;  ///< N_i x 3, inside the bone wrap (TetGen's and the caps')
 };
 
 /// A named piece of anatomy: a range of anatomy vertices and triangles.
@@ -79,7 +83,7 @@ struct Template {
     int fat_begin() const { return num_prisms() / 2; }
     /// Weights of the volume vertices (each wrap carries those of its skin vertex), N_v rows.
     SkinningWeights volume_weights() const;
-    /// Weights of the prisms (method.md section 7), N_p rows.
+    /// Weights of the prisms, of their corners together (for the rotations R_p of NDG 4.3), N_p rows.
     SkinningWeights prism_weights() const;
 };
 
@@ -90,21 +94,24 @@ void write_template(const std::string& path, const Template& body_template, cons
 /// Throws InputError naming file, dataset and value for anything inconsistent.
 Template read_template(const std::string& path);
 
-/// Bodies of one template: names, parameters and rest positions.
-struct BodySet {
-    std::vector<Body> bodies;
+/// People of one template as bodies or as skins only, and their parameters.
+template <typename T>
+struct PeopleOf {
+    std::vector<T> bodies;
     std::vector<std::string> parameter_names;  ///< e.g. stature_m, mass_kg, bmi
     RowMatrix parameters;                      ///< bodies x parameters
     std::string template_sha256;               ///< Template::file_sha256 of the template these bodies belong to
 };
+using BodySet = PeopleOf<Body>;
+using SkinSet = PeopleOf<Skin>;
+
 void write_bodies(const std::string& path, const BodySet& bodies, const Provenance& provenance);
 /// Checks every shape against the template, the template's hash (where both sides know it), and every rest prism for
 /// positive Jacobians (InputError otherwise).
 BodySet read_bodies(const std::string& path, const Template& body_template);
 
-/// Skins in the template's tessellation, before layers: only skin_vertices and joint_positions of each body are filled.
-void write_skins(const std::string& path, const BodySet& skins, const Provenance& provenance);
-BodySet read_skins(const std::string& path, const Template& body_template);
+void write_skins(const std::string& path, const SkinSet& skins, const Provenance& provenance);
+SkinSet read_skins(const std::string& path, const Template& body_template);
 
 /// Smallest prism_min_jacobian over all prisms of a body, and which prism it is.
 struct PrismCheck {

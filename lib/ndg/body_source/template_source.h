@@ -4,6 +4,7 @@
 
 #include "ndg/body_source/parametric_surface.h"
 #include "ndg/core/types.h"
+#include "ndg/geometry/triangle_mesh.h"
 
 #include <string>
 #include <vector>
@@ -11,7 +12,7 @@
 namespace ndg {
 
 /// One bone or muscle in the rest pose of the source's skin: a closed surface without holes, outward, in metres.
-struct AnatomyMesh {
+struct AnatomyMesh : TriangleMesh {
     std::string name;   ///< as the source names it, e.g. "Left femur"
     int fma_id = 0;     ///< Foundational Model of Anatomy; 0 for none
     std::string side;   ///< "left" (+x), "right" or "middle"
@@ -19,8 +20,6 @@ struct AnatomyMesh {
     /// Joint whose motion the part follows where it lies outside the volumetric region (skull, hands, toes); empty:
     /// it follows the skin next to it.
     std::string joint;
-    Points vertices;
-    Triangles triangles;
 };
 
 struct TemplateSource {

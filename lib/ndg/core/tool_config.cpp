@@ -2,10 +2,11 @@
 #include "ndg/core/tool_config.h"
 
 #include "ndg/core/error.h"
-#include "ndg/core/file.h"
+#include "ndg/core/json_file.h"
+
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
-#include <set>
 
 namespace ndg {
 namespace {
@@ -18,36 +19,13 @@ const std::vector<std::string> tool_names = {
     "sample-poses",  "make-splits",      "simulate-fem",     "collect-samples", "train-ndg",       "infer-ndg",
     "reconstruct",   "animate-baseline", "evaluate-metrics", "export-scene",    "ndg-info"};
 
-json parse_config(const std::string& path)
-{
-    const std::string text = read_file(path);
-    // The library keeps the last of equal keys; a value silently lost is an error here.
-    std::vector<std::set<std::string>> open_objects;
-    const auto check_keys = [&](int, json::parse_event_t event, json& value) {
-        if (event == json::parse_event_t::object_start) open_objects.emplace_back();
-        if (event == json::parse_event_t::object_end) open_objects.pop_back();
-        if (event == json::parse_event_t::key) {
-            const auto key = value.get<std::string>();
-            require_input(open_objects.back().insert(key).second, "{}: key \"{}\" stands twice in the same object",
-                          path, key);
-        }
-        return true;
-    };
-    try {
-        return json::parse(text, check_keys);
-    } catch (const json::parse_error& error) {
-        const std::size_t end = std::min(error.byte > 0 ? error.byte - 1 : 0, text.size());
-        const auto line = 1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(end), '\n');
-        throw InputError(fmt::format("{}: line {}: not valid JSON", path, line));
-    }
-}
-
 }  // namespace
 
 void apply_config(const std::string& path, const std::string& tool, std::vector<ToolParameter>& parameters,
                   const std::string& seed_key)
 {
-    const json config = parse_config(path);
+    const JsonValue file(path);
+    const json& config = file.json();
     require_input(config.is_object(), "{}: expected a JSON object with one section a tool, got {}", path,
                   config.type_name());
 

@@ -43,7 +43,7 @@ public:
             if (mesh_.is_feature(a, b)) curves_[curve_of(a, b)].push_back({a, b});
     }
 
-    RemeshResult run()
+    LabelledMesh run()
     {
         for (int iteration = 0; iteration < iterations; ++iteration) {
             split_long();
@@ -54,7 +54,7 @@ public:
         flip(false);
         for (int sweep = 0; sweep < widening_sweeps; ++sweep) widen(sweep);
         split_edges_across();
-        RemeshResult result;
+        LabelledMesh result;
         mesh_.compact(result.mesh.vertices, result.mesh.triangles, result.triangle_labels);
         return result;
     }
@@ -382,7 +382,7 @@ private:
 
 }  // namespace
 
-RemeshResult remesh_adaptively(const TriangleMesh& mesh, const std::vector<int>& triangle_labels,
+LabelledMesh remesh_adaptively(const TriangleMesh& mesh, const std::vector<int>& triangle_labels,
                                const RemeshField& field)
 {
     require_input(field.edge_length.size() == mesh.vertices.rows() &&

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "ndg/geometry/remesh.h"
+#include "ndg/geometry/triangle_mesh.h"
 
 #include <vector>
 
@@ -18,7 +18,7 @@ struct RemeshField {
 /// surface may be open. Its boundary and the borders between labels are features: they are resampled along
 /// themselves, and where they meet the vertex stays. All vertices lie on the input surface, those of features on the
 /// input's features. Deterministic. Throws InputError for sizes that do not match or lengths that are not positive.
-RemeshResult remesh_adaptively(const TriangleMesh& mesh, const std::vector<int>& triangle_labels,
+LabelledMesh remesh_adaptively(const TriangleMesh& mesh, const std::vector<int>& triangle_labels,
                                const RemeshField& field);
 
 }  // namespace ndg

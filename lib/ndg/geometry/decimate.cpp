@@ -69,7 +69,7 @@ public:
         }
     }
 
-    RemeshResult run(std::size_t target)
+    LabelledMesh run(std::size_t target)
     {
         for (const auto& [a, b] : mesh_.edges()) propose(a, b);
         while (remaining_ > target && !queue_.empty()) {
@@ -84,7 +84,7 @@ public:
             ++version_[index(kept)];
             for (const int other : mesh_.neighbours(kept)) propose(kept, other);
         }
-        RemeshResult result;
+        LabelledMesh result;
         mesh_.compact(result.mesh.vertices, result.mesh.triangles, result.triangle_labels);
         return result;
     }
@@ -135,7 +135,7 @@ private:
 
 }  // namespace
 
-RemeshResult decimate_labelled(const TriangleMesh& mesh, const std::vector<int>& triangle_labels,
+LabelledMesh decimate_labelled(const TriangleMesh& mesh, const std::vector<int>& triangle_labels,
                                std::size_t target_triangles, const std::vector<char>& removable)
 {
     return Decimation(mesh, triangle_labels, removable).run(target_triangles);

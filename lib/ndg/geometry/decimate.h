@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "ndg/geometry/remesh.h"
+#include "ndg/geometry/triangle_mesh.h"
 
 #include <vector>
 
@@ -12,7 +12,7 @@ namespace ndg {
 /// so that all vertices are vertices of the input. Triangles of label 0 and all their vertices stay; boundary and
 /// borders between labels are collapsed along themselves only. No triangle turns over. Where `removable` is not empty
 /// it says for each vertex whether it may go. Deterministic.
-RemeshResult decimate_labelled(const TriangleMesh& mesh, const std::vector<int>& triangle_labels,
+LabelledMesh decimate_labelled(const TriangleMesh& mesh, const std::vector<int>& triangle_labels,
                                std::size_t target_triangles, const std::vector<char>& removable = {});
 
 }  // namespace ndg

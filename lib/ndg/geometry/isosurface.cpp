@@ -2,10 +2,9 @@
 #include "ndg/geometry/isosurface.h"
 
 #include "ndg/core/error.h"
+#include "ndg/geometry/cgal_mesh.h"
 
-#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/Polygon_mesh_processing/remesh.h>
-#include <CGAL/Surface_mesh.h>
 
 #include <algorithm>
 #include <array>
@@ -17,9 +16,7 @@ namespace ndg {
 
 namespace {
 
-using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
-using SurfaceMesh = CGAL::Surface_mesh<Kernel::Point_3>;
-using Face = SurfaceMesh::Face_index;
+using Face = CgalMesh::Face_index;
 
 constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
 constexpr int block_cells = 8;  // cells a side of the blocks that are skipped as a whole
@@ -186,18 +183,9 @@ TriangleMesh remesh_graded(const TriangleMesh& mesh, std::vector<int>& labels, c
 {
     require(static_cast<Eigen::Index>(labels.size()) == mesh.triangles.rows(), "{} labels were given for {} triangles",
             labels.size(), mesh.triangles.rows());
-    SurfaceMesh surface;
+    CgalMesh surface = to_cgal(mesh);
     auto label_map = surface.add_property_map<Face, int>("f:label", 0).first;
-    for (Eigen::Index v = 0; v < mesh.vertices.rows(); ++v)
-        surface.add_vertex(Kernel::Point_3(mesh.vertices(v, 0), mesh.vertices(v, 1), mesh.vertices(v, 2)));
-    for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t) {
-        const auto vertex = [&](int k) {
-            return SurfaceMesh::Vertex_index(static_cast<SurfaceMesh::size_type>(mesh.triangles(t, k)));
-        };
-        const Face face = surface.add_face(vertex(0), vertex(1), vertex(2));
-        require(face != SurfaceMesh::null_face(), "triangle {} does not fit a manifold surface", t);
-        label_map[face] = labels[static_cast<std::size_t>(t)];
-    }
+    for (const Face face : surface.faces()) label_map[face] = labels[face.idx()];
     for (std::size_t label = 0; label < edge_lengths.size(); ++label) {
         std::vector<Face> faces;
         for (const Face face : surface.faces())
@@ -208,23 +196,9 @@ TriangleMesh remesh_graded(const TriangleMesh& mesh, std::vector<int>& labels, c
                                                                .face_patch_map(label_map)
                                                                .number_of_relaxation_steps(1));
     }
-    surface.collect_garbage();
-    TriangleMesh result;
-    result.vertices.resize(static_cast<Eigen::Index>(surface.number_of_vertices()), 3);
-    for (const auto vertex : surface.vertices()) {
-        const auto& point = surface.point(vertex);
-        result.vertices.row(static_cast<Eigen::Index>(vertex.idx())) << point.x(), point.y(), point.z();
-    }
-    result.triangles.resize(static_cast<Eigen::Index>(surface.number_of_faces()), 3);
+    TriangleMesh result = from_cgal(surface);
     labels.clear();
-    Eigen::Index t = 0;
-    for (const Face face : surface.faces()) {
-        int corner = 0;
-        for (const auto vertex : surface.vertices_around_face(surface.halfedge(face)))
-            result.triangles(t, corner++) = static_cast<int>(vertex.idx());
-        labels.push_back(label_map[face]);
-        ++t;
-    }
+    for (const Face face : surface.faces()) labels.push_back(label_map[face]);
     return result;
 }
 

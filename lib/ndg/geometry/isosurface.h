@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// Meshes of implicit surfaces. Remeshing is CGAL's (GPL): only target ndg::remesh holds this.
+// Meshes of implicit surfaces. Remeshing is CGAL's (GPL): only target ndg::cgal holds this.
 #pragma once
 
 #include "ndg/core/types.h"
-#include "ndg/geometry/remesh.h"
+#include "ndg/geometry/triangle_mesh.h"
 
 #include <functional>
 #include <vector>

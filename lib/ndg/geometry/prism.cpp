@@ -25,6 +25,9 @@ struct ReferencePoint {
     double alpha, beta, xi;
 };
 
+/// Half the area of the reference triangle: the weight of both points of Gauss' rule.
+constexpr double quadrature_weight = 0.25;
+
 /// The two quadrature points of supplement equation 16.
 std::array<ReferencePoint, 2> quadrature_points()
 {
@@ -139,7 +142,7 @@ double prism_volume(const PrismVertices& prism)
 {
     double sum = 0.0;
     for (const auto& at : quadrature_points()) sum += prism_jacobian(prism, at.alpha, at.beta, at.xi).determinant();
-    return 0.25 * sum;
+    return quadrature_weight * sum;
 }
 
 PrismVertices prism_volume_gradient(const PrismVertices& prism)
@@ -152,7 +155,7 @@ PrismVertices prism_volume_gradient(const PrismVertices& prism)
         cofactors.col(0) = jacobian.col(1).cross(jacobian.col(2));
         cofactors.col(1) = jacobian.col(2).cross(jacobian.col(0));
         cofactors.col(2) = jacobian.col(0).cross(jacobian.col(1));
-        gradient += 0.25 * shape_derivatives(at.alpha, at.beta, at.xi) * cofactors.transpose();
+        gradient += quadrature_weight * shape_derivatives(at.alpha, at.beta, at.xi) * cofactors.transpose();
     }
     return gradient;
 }
@@ -168,7 +171,7 @@ Eigen::Matrix<double, 18, 18> prism_volume_hessian(const PrismVertices& prism)
         for (int a = 0; a < 6; ++a) {
             for (int b = 0; b < 6; ++b) {
                 const Eigen::Vector3d d_a = derivatives.row(a).transpose(), d_b = derivatives.row(b).transpose();
-                const Eigen::Vector3d v = -0.25 * (jacobian * d_a.cross(d_b));
+                const Eigen::Vector3d v = -quadrature_weight * (jacobian * d_a.cross(d_b));
                 Eigen::Matrix3d cross;
                 cross << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
                 hessian.block<3, 3>(3 * a, 3 * b) += cross;

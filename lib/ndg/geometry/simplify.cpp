@@ -2,16 +2,15 @@
 #include "ndg/geometry/simplify.h"
 
 #include "ndg/core/error.h"
+#include "ndg/geometry/cgal_mesh.h"
 #include "ndg/geometry/closest_point.h"
 #include "ndg/geometry/triangle_mesh.h"
 
-#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/Polygon_mesh_processing/connected_components.h>
 #include <CGAL/Polygon_mesh_processing/orient_polygon_soup.h>
 #include <CGAL/Polygon_mesh_processing/polygon_soup_to_polygon_mesh.h>
 #include <CGAL/Polygon_mesh_processing/stitch_borders.h>
 #include <CGAL/Polygon_mesh_processing/triangulate_hole.h>
-#include <CGAL/Surface_mesh.h>
 #include <CGAL/Surface_mesh_simplification/Policies/Edge_collapse/Bounded_normal_change_filter.h>
 #include <CGAL/Surface_mesh_simplification/Policies/Edge_collapse/Count_stop_predicate.h>
 #include <CGAL/Surface_mesh_simplification/Policies/Edge_collapse/GarlandHeckbert_plane_policies.h>
@@ -32,29 +31,7 @@ constexpr double min_kept_volume = 0.1;  ///< share of its volume that a simplif
 
 namespace pmp = CGAL::Polygon_mesh_processing;
 namespace simplification = CGAL::Surface_mesh_simplification;
-using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
-using Point = Kernel::Point_3;
-using SurfaceMesh = CGAL::Surface_mesh<Point>;
-
-TriangleMesh to_triangle_mesh(SurfaceMesh& surface)
-{
-    surface.collect_garbage();
-    TriangleMesh mesh;
-    mesh.vertices.resize(static_cast<Eigen::Index>(surface.number_of_vertices()), 3);
-    for (const auto vertex : surface.vertices()) {
-        const Point& point = surface.point(vertex);
-        mesh.vertices.row(static_cast<Eigen::Index>(vertex.idx())) << point.x(), point.y(), point.z();
-    }
-    mesh.triangles.resize(static_cast<Eigen::Index>(surface.number_of_faces()), 3);
-    Eigen::Index t = 0;
-    for (const auto face : surface.faces()) {
-        int corner = 0;
-        for (const auto vertex : surface.vertices_around_face(surface.halfedge(face)))
-            mesh.triangles(t, corner++) = static_cast<int>(vertex.idx());
-        ++t;
-    }
-    return mesh;
-}
+using Point = CgalKernel::Point_3;
 
 /// Merges vertices by rounded position and drops flat and doubled triangles.
 void merge_soup(const Eigen::Ref<const Points>& vertices, const Eigen::Ref<const Triangles>& triangles,
@@ -80,9 +57,9 @@ void merge_soup(const Eigen::Ref<const Points>& vertices, const Eigen::Ref<const
     }
 }
 
-void fill_holes(SurfaceMesh& surface)
+void fill_holes(CgalMesh& surface)
 {
-    std::vector<SurfaceMesh::Halfedge_index> borders;
+    std::vector<CgalMesh::Halfedge_index> borders;
     for (const auto halfedge : surface.halfedges()) {
         if (!surface.is_border(halfedge)) continue;
         auto around = halfedge;
@@ -95,7 +72,7 @@ void fill_holes(SurfaceMesh& surface)
     }
     for (const auto border : borders) {
         if (!surface.is_border(border)) continue;
-        std::vector<SurfaceMesh::Face_index> patch;
+        std::vector<CgalMesh::Face_index> patch;
         pmp::triangulate_hole(surface, border, std::back_inserter(patch));
         if (!patch.empty()) continue;
         // No triangulation of the border itself avoids edges that exist already: a fan around its centre does.
@@ -168,27 +145,6 @@ bool lies_inside(const TriangleMesh& inner, const TriangleMesh& outer)
     return winding_numbers(outer.vertices, outer.triangles, sample).minCoeff() > 0.5;
 }
 
-TriangleMesh join(const std::vector<TriangleMesh>& components)
-{
-    Eigen::Index num_vertices = 0, num_triangles = 0;
-    for (const TriangleMesh& component : components) {
-        num_vertices += component.vertices.rows();
-        num_triangles += component.triangles.rows();
-    }
-    TriangleMesh mesh;
-    mesh.vertices.resize(num_vertices, 3);
-    mesh.triangles.resize(num_triangles, 3);
-    Eigen::Index vertex = 0, triangle = 0;
-    for (const TriangleMesh& component : components) {
-        mesh.vertices.middleRows(vertex, component.vertices.rows()) = component.vertices;
-        mesh.triangles.middleRows(triangle, component.triangles.rows()) =
-            component.triangles.array() + static_cast<int>(vertex);
-        vertex += component.vertices.rows();
-        triangle += component.triangles.rows();
-    }
-    return mesh;
-}
-
 }  // namespace
 
 int count_open_edges(const Eigen::Ref<const Triangles>& triangles)
@@ -217,13 +173,13 @@ TriangleMesh repair_closed(const Eigen::Ref<const Points>& vertices, const Eigen
     merge_soup(vertices, triangles, merge_distance, points, polygons);
     require_input(!polygons.empty(), "the surface has no triangles");
     pmp::orient_polygon_soup(points, polygons);
-    SurfaceMesh surface;
+    CgalMesh surface;
     pmp::polygon_soup_to_polygon_mesh(points, polygons, surface);
     pmp::stitch_borders(surface);
     fill_holes(surface);
 
     std::vector<TriangleMesh> components;
-    for (TriangleMesh& component : split_components(to_triangle_mesh(surface))) {
+    for (TriangleMesh& component : split_components(from_cgal(surface))) {
         if (!is_closed(component)) continue;
         if (enclosed_volume(component.vertices, component.triangles) < 0.0)
             component.triangles.col(1).swap(component.triangles.col(2));
@@ -250,7 +206,7 @@ TriangleMesh repair_closed(const Eigen::Ref<const Points>& vertices, const Eigen
             hidden = j != i && volumes[j] > volumes[i] && lies_inside(large[i], large[j]);
         if (!hidden) kept.push_back(large[i]);
     }
-    return join(kept);
+    return join_meshes(kept);
 }
 
 TriangleMesh simplify_closed(const TriangleMesh& mesh, int target_vertices)
@@ -258,26 +214,17 @@ TriangleMesh simplify_closed(const TriangleMesh& mesh, int target_vertices)
     require_input(target_vertices >= 4, "a closed surface has at least 4 vertices, not {}", target_vertices);
     require_input(mesh.triangles.rows() > 0 && is_closed(mesh), "the surface to simplify is not closed");
     if (mesh.vertices.rows() <= target_vertices) return mesh;
-    SurfaceMesh surface;
-    for (Eigen::Index v = 0; v < mesh.vertices.rows(); ++v)
-        surface.add_vertex(Point(mesh.vertices(v, 0), mesh.vertices(v, 1), mesh.vertices(v, 2)));
-    for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t) {
-        const auto vertex = [&](int corner) {
-            return SurfaceMesh::Vertex_index(static_cast<SurfaceMesh::size_type>(mesh.triangles(t, corner)));
-        };
-        const auto face = surface.add_face(vertex(0), vertex(1), vertex(2));
-        require_input(face != SurfaceMesh::null_face(), "triangle {} does not fit a manifold surface", t);
-    }
-    using Policies = simplification::GarlandHeckbert_plane_policies<SurfaceMesh, Kernel>;
+    CgalMesh surface = to_cgal(mesh);
+    using Policies = simplification::GarlandHeckbert_plane_policies<CgalMesh, CgalKernel>;
     const Policies policies(surface);
     // A collapse takes a vertex and three edges away.
     const std::size_t edges = 3 * static_cast<std::size_t>(mesh.vertices.rows() - target_vertices);
     const std::size_t keep = surface.number_of_edges() > edges ? surface.number_of_edges() - edges : 6;
-    simplification::edge_collapse(surface, simplification::Count_stop_predicate<SurfaceMesh>(keep + 1),
+    simplification::edge_collapse(surface, simplification::Count_stop_predicate<CgalMesh>(keep + 1),
                                   CGAL::parameters::get_cost(policies.get_cost())
                                       .get_placement(policies.get_placement())
                                       .filter(simplification::Bounded_normal_change_filter<>()));
-    TriangleMesh simplified = to_triangle_mesh(surface);
+    TriangleMesh simplified = from_cgal(surface);
     // A scrap that was thinner than its new triangles are wide may have turned inside out.
     std::vector<TriangleMesh> kept;
     for (TriangleMesh& component : split_components(simplified))
@@ -287,7 +234,7 @@ TriangleMesh simplify_closed(const TriangleMesh& mesh, int target_vertices)
     for (const TriangleMesh& component : kept) volume += enclosed_volume(component.vertices, component.triangles);
     if (volume < min_kept_volume * enclosed_volume(mesh.vertices, mesh.triangles))
         return simplify_closed(mesh, 2 * target_vertices);
-    return join(kept);
+    return join_meshes(kept);
 }
 
 }  // namespace ndg

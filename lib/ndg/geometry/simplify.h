@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Repair and simplification of closed surfaces by CGAL (GPL): in target ndg::remesh.
+// Repair and simplification of closed surfaces by CGAL (GPL): in target ndg::cgal.
 #pragma once
 
-#include "ndg/geometry/remesh.h"
+#include "ndg/geometry/triangle_mesh.h"
 
 namespace ndg {
 

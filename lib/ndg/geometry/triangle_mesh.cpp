@@ -173,6 +173,25 @@ Eigen::Vector3d area_vector(const Eigen::Ref<const Points>& vertices, const Eige
 
 }  // namespace
 
+TriangleMesh join_meshes(const std::vector<const TriangleMesh*>& meshes)
+{
+    Eigen::Index num_vertices = 0, num_triangles = 0;
+    for (const TriangleMesh* mesh : meshes) {
+        num_vertices += mesh->vertices.rows();
+        num_triangles += mesh->triangles.rows();
+    }
+    TriangleMesh joined{Points(num_vertices, 3), Triangles(num_triangles, 3)};
+    Eigen::Index vertex = 0, triangle = 0;
+    for (const TriangleMesh* mesh : meshes) {
+        joined.vertices.middleRows(vertex, mesh->vertices.rows()) = mesh->vertices;
+        joined.triangles.middleRows(triangle, mesh->triangles.rows()) =
+            mesh->triangles.array() + static_cast<int>(vertex);
+        vertex += mesh->vertices.rows();
+        triangle += mesh->triangles.rows();
+    }
+    return joined;
+}
+
 Points vertex_normals(const Eigen::Ref<const Points>& vertices, const Eigen::Ref<const Triangles>& triangles)
 {
     Points normals = Points::Zero(vertices.rows(), 3);

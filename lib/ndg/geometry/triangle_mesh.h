@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Plain functions on triangle meshes given as vertex and index arrays.
+// Triangle meshes, and plain functions on their vertex and index arrays.
 #pragma once
 
 #include "ndg/core/types.h"
@@ -10,6 +10,37 @@
 #include <vector>
 
 namespace ndg {
+
+struct TriangleMesh {
+    Points vertices;      ///< N x 3
+    Triangles triangles;  ///< T x 3
+};
+
+/// A mesh and a label for each triangle.
+struct LabelledMesh {
+    TriangleMesh mesh;
+    std::vector<int> triangle_labels;
+};
+
+/// Meshes as one, one after the other.
+TriangleMesh join_meshes(const std::vector<const TriangleMesh*>& meshes);
+template <typename Mesh>
+TriangleMesh join_meshes(const std::vector<Mesh>& meshes)
+{
+    std::vector<const TriangleMesh*> pointers;
+    for (const TriangleMesh& mesh : meshes) pointers.push_back(&mesh);
+    return join_meshes(pointers);
+}
+/// The way back: gives each mesh its rows of the joined mesh's vertices.
+template <typename Mesh>
+void take_joined_vertices(const Eigen::Ref<const Points>& joined, std::vector<Mesh>& meshes)
+{
+    Eigen::Index next = 0;
+    for (TriangleMesh& mesh : meshes) {
+        mesh.vertices = joined.middleRows(next, mesh.vertices.rows()).eval();
+        next += mesh.vertices.rows();
+    }
+}
 
 /// Area-weighted unit normals of vertices, N x 3 (zero for unreferenced vertices).
 Points vertex_normals(const Eigen::Ref<const Points>& vertices, const Eigen::Ref<const Triangles>& triangles);

@@ -2,8 +2,8 @@
 #include "ndg/motion/clinical_angles.h"
 
 #include "ndg/core/error.h"
+#include "ndg/geometry/rotation.h"
 #include "ndg/motion/neutral_posture.h"
-#include "ndg/motion/rotation.h"
 
 #include <algorithm>
 #include <array>
@@ -15,19 +15,6 @@ namespace {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
-
-Matrix3d about_x(double angle)
-{
-    return Eigen::AngleAxisd(angle, Vector3d::UnitX()).toRotationMatrix();
-}
-Matrix3d about_y(double angle)
-{
-    return Eigen::AngleAxisd(angle, Vector3d::UnitY()).toRotationMatrix();
-}
-Matrix3d about_z(double angle)
-{
-    return Eigen::AngleAxisd(angle, Vector3d::UnitZ()).toRotationMatrix();
-}
 
 /// How the rotation of a part is put together from its angles about x, y and z of the neutral posture.
 enum class Order {

@@ -2,8 +2,8 @@
 #include "ndg/motion/joint_limits.h"
 
 #include "ndg/core/error.h"
+#include "ndg/geometry/rotation.h"
 #include "ndg/motion/clinical_angles.h"
-#include "ndg/motion/rotation.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Reads motions written by hand.
 #include "ndg/core/error.h"
+#include "ndg/core/json_file.h"
 #include "ndg/motion/keyframes.h"
-
-#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -15,8 +14,6 @@
 namespace ndg {
 
 namespace {
-
-using nlohmann::json;
 
 constexpr double degree = M_PI / 180.0;
 const std::string format_name = "ndg-keyframes";
@@ -37,34 +34,32 @@ public:
         motion_.stance.assign(clinical_angle_names().size(), 0.0);
     }
 
-    KeyframeMotion read(const json& root)
+    KeyframeMotion read(const JsonValue& root)
     {
-        check_keys(root,
-                   {"format", "licence", "description", "sources", "frame_rate", "duration", "period", "ground",
-                    "stance", "tracks", "poses"},
-                   "the motion");
-        require_input(root.contains("format") && root["format"] == format_name, "{}: \"format\" is not \"{}\"",
-                      motion_.path, format_name);
-        motion_.licence = text(root, "licence");
+        root.check_keys({"format", "licence", "description", "sources", "frame_rate", "duration", "period", "ground",
+                         "stance", "tracks", "poses"});
+        root.at("format").choice({format_name});
+        motion_.licence = root.at("licence").text();
         require_input(!motion_.licence.empty(), "{}: has no \"licence\"", motion_.path);
-        motion_.description = text(root, "description");
-        motion_.frame_rate = positive(root, "frame_rate", 1000.0);
-        motion_.duration = positive(root, "duration", 3600.0);
-        if (root.contains("period")) {
-            motion_.period = positive(root, "period", motion_.duration);
+        motion_.description = root.text_or("description", "");
+        motion_.frame_rate = positive(root.at("frame_rate"), 1000.0);
+        motion_.duration = positive(root.at("duration"), 3600.0);
+        if (root.has("period")) motion_.period = positive(root.at("period"), motion_.duration);
+        if (root.has("ground")) {
+            constexpr Ground grounds[] = {Ground::none, Ground::lowest_foot, Ground::both_feet};
+            motion_.ground = grounds[root.at("ground").choice({"none", "lowest_foot", "both_feet"})];
         }
-        read_ground(root);
-        if (root.contains("stance")) {
-            for (const auto& [name, value] : object(root, "stance").items()) {
+        if (root.has("stance")) {
+            for (const auto& [name, value] : root.at("stance").members()) {
                 for (const Target& target : resolve(name)) {
-                    motion_.stance[std::size_t(target.angle)] = target.share * number(value, name) * degree;
+                    motion_.stance[target.angle] = target.share * value.number() * degree;
                 }
             }
         }
-        if (root.contains("tracks")) {
-            for (const auto& [name, keys] : object(root, "tracks").items()) read_track(name, keys);
+        if (root.has("tracks")) {
+            for (const auto& [name, keys] : root.at("tracks").members()) read_track(name, keys);
         }
-        if (root.contains("poses")) read_poses(root["poses"]);
+        if (root.has("poses")) read_poses(root.at("poses"));
         require_input(!motion_.tracks.empty(), "{}: has neither tracks nor poses", motion_.path);
         return motion_;
     }
@@ -72,52 +67,10 @@ public:
 private:
     double last_time() const { return motion_.period > 0.0 ? motion_.period : motion_.duration; }
 
-    void check_keys(const json& value, const std::vector<std::string>& known, const std::string& where) const
+    static double positive(const JsonValue& value, double high)
     {
-        require_input(value.is_object(), "{}: {} is not a JSON object", motion_.path, where);
-        for (const auto& item : value.items()) {
-            require_input(std::find(known.begin(), known.end(), item.key()) != known.end(),
-                          "{}: unknown key \"{}\" in {}", motion_.path, item.key(), where);
-        }
-    }
-
-    const json& object(const json& root, const char* key) const
-    {
-        require_input(root[key].is_object(), "{}: \"{}\" is not a JSON object", motion_.path, key);
-        return root[key];
-    }
-
-    std::string text(const json& root, const char* key) const
-    {
-        if (!root.contains(key)) return "";
-        require_input(root[key].is_string(), "{}: \"{}\" is {}, not text", motion_.path, key, root[key].dump());
-        return root[key].get<std::string>();
-    }
-
-    double number(const json& value, const std::string& where) const
-    {
-        require_input(value.is_number() && std::isfinite(value.get<double>()), "{}: \"{}\" has the value {}, no number",
-                      motion_.path, where, value.dump());
-        return value.get<double>();
-    }
-
-    double positive(const json& root, const char* key, double high) const
-    {
-        require_input(root.contains(key), "{}: has no \"{}\"", motion_.path, key);
-        const double value = number(root[key], key);
-        require_input(value > 0.0 && value <= high, "{}: \"{}\" is {}, not in (0, {}]", motion_.path, key, value, high);
-        return value;
-    }
-
-    void read_ground(const json& root)
-    {
-        if (!root.contains("ground")) return;
-        const std::map<std::string, Ground> names = {
-            {"none", Ground::none}, {"lowest_foot", Ground::lowest_foot}, {"both_feet", Ground::both_feet}};
-        const auto found = names.find(text(root, "ground"));
-        require_input(found != names.end(), "{}: \"ground\" is {}, not none, lowest_foot or both_feet", motion_.path,
-                      root["ground"].dump());
-        motion_.ground = found->second;
+        value.expect(value.number() > 0.0 && value.number() <= high, fmt::format("a number in (0, {}]", high));
+        return value.number();
     }
 
     /// Angles of one side or of the middle that a name stands for.
@@ -186,58 +139,54 @@ private:
         }
     }
 
-    void check_time(double time, double previous, const std::string& where) const
+    /// A time after `previous`, within the motion.
+    double read_time(const JsonValue& value, double previous) const
     {
-        require_input(time > previous, "{}: {}: time {} does not come after {}", motion_.path, where, time, previous);
+        const double time = value.number();
+        require_input(time > previous, "{}: time {} does not come after {}", value.where(), time, previous);
         // The end of a cycle is the beginning of the next.
         const bool inside = time >= 0.0 && (motion_.period > 0.0 ? time < last_time() : time <= last_time());
-        require_input(inside, "{}: {}: time {} lies outside 0 to {}", motion_.path, where, time, last_time());
+        require_input(inside, "{}: time {} lies outside 0 to {}", value.where(), time, last_time());
+        return time;
     }
 
-    void read_track(const std::string& name, const json& keys)
+    void read_track(const std::string& name, const JsonValue& keys)
     {
-        require_input(keys.is_array() && !keys.empty(), "{}: track \"{}\" is no list of keys", motion_.path, name);
         std::vector<double> times, values;
-        for (const json& key : keys) {
-            require_input(key.is_array() && key.size() == 2, "{}: track \"{}\" has the key {}, not [time, degrees]",
-                          motion_.path, name, key.dump());
-            const double time = number(key[0], name);
-            check_time(time, times.empty() ? -1.0 : times.back(), fmt::format("track \"{}\"", name));
-            times.push_back(time);
-            values.push_back(number(key[1], name));
+        for (const JsonValue& key : keys.elements()) {
+            key.expect(key.is_list() && key.elements().size() == 2, "[time, degrees]");
+            const std::vector<JsonValue> pair = key.elements();
+            times.push_back(read_time(pair[0], times.empty() ? -1.0 : times.back()));
+            values.push_back(pair[1].number());
         }
+        keys.expect(!times.empty(), "a list of keys");
         add_track(name, times, values);
     }
 
-    void read_poses(const json& list)
+    void read_poses(const JsonValue& list)
     {
-        require_input(list.is_array() && !list.empty(), "{}: \"poses\" is no list", motion_.path);
         std::vector<double> times;
         std::map<int, std::vector<double>> values;  // by angle, in radians
-        for (const json& item : list) {
-            check_keys(item, {"time", "angles", "comment"}, "a pose");
-            require_input(item.contains("time") && item.contains("angles"), "{}: a pose lacks \"time\" or \"angles\"",
-                          motion_.path);
-            const double time = number(item["time"], "time");
-            check_time(time, times.empty() ? -1.0 : times.back(), "pose");
-            times.push_back(time);
-            for (const auto& [name, value] : object(item, "angles").items()) {
+        for (const JsonValue& item : list.elements()) {
+            item.check_keys({"time", "angles", "comment"});
+            times.push_back(read_time(item.at("time"), times.empty() ? -1.0 : times.back()));
+            for (const auto& [name, value] : item.at("angles").members()) {
                 for (const Target& target : resolve(name)) {
                     std::vector<double>& track = values[target.angle];
-                    require_input(track.size() < times.size(), "{}: pose at {} s: angle \"{}\" is given twice",
-                                  motion_.path, time, clinical_angle_names()[std::size_t(target.angle)]);
-                    require_input(!target.opposite, "{}: pose at {} s: \"{}\" belongs in a track", motion_.path, time,
-                                  name);
+                    require_input(track.size() < times.size(), "{}: angle \"{}\" is given twice", item.where(),
+                                  clinical_angle_names()[target.angle]);
+                    require_input(!target.opposite, "{}: belongs in a track", value.where());
                     // Poses before that did not name it.
-                    track.resize(times.size() - 1, motion_.stance[std::size_t(target.angle)]);
-                    track.push_back(target.share * number(value, name) * degree);
+                    track.resize(times.size() - 1, motion_.stance[target.angle]);
+                    track.push_back(target.share * value.number() * degree);
                 }
             }
-            for (auto& [angle, track] : values) track.resize(times.size(), motion_.stance[std::size_t(angle)]);
+            for (auto& [angle, track] : values) track.resize(times.size(), motion_.stance[angle]);
         }
+        list.expect(!times.empty(), "a list of poses");
         for (auto& [angle, track] : values) {
             require_input(tracked_.insert(angle).second, "{}: angle \"{}\" has a track and a pose", motion_.path,
-                          clinical_angle_names()[std::size_t(angle)]);
+                          clinical_angle_names()[angle]);
             motion_.tracks.push_back({angle, times, track});
         }
     }
@@ -260,15 +209,7 @@ bool is_keyframe_motion(const std::string& path)
 
 KeyframeMotion read_keyframe_motion(const std::string& path)
 {
-    std::ifstream file(path);
-    require_input(file.good(), "{}: cannot be read", path);
-    json root;
-    try {
-        root = json::parse(file);
-    } catch (const json::exception& error) {
-        throw InputError(fmt::format("{}: is not valid JSON: {}", path, error.what()));
-    }
-    return MotionReader(path).read(root);
+    return MotionReader(path).read(JsonValue(path));
 }
 
 }  // namespace ndg

@@ -142,29 +142,6 @@ MotionClip read_motion(const MotionFile& file)
     return read_bvh(file.path);
 }
 
-std::vector<JointMap> read_joint_maps(const std::string& folder)
-{
-    std::vector<JointMap> maps;
-    require_input(fs::is_directory(folder), "{}: is not a folder of joint maps", folder);
-    for (const fs::path& file : list_folder(folder, false)) {
-        if (extension(file) == ".json") maps.push_back(read_joint_map(file.string()));
-    }
-    require_input(!maps.empty(), "{}: holds no joint map (*.json)", folder);
-    return maps;
-}
-
-const JointMap* find_joint_map(const std::vector<JointMap>& maps, const MotionClip& clip)
-{
-    const JointMap* found = nullptr;
-    for (const JointMap& map : maps) {
-        if (!missing_source_joint(map, clip).empty()) continue;
-        require_input(found == nullptr, "clip {}: the joint maps {} and {} both fit, name one", clip.name,
-                      found ? found->path : "", map.path);
-        found = &map;
-    }
-    return found;
-}
-
 std::string ClipNames::add(const MotionClip& clip, const std::string& path)
 {
     const double seconds = clip.num_frames() / clip.frame_rate;

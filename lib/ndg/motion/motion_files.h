@@ -2,7 +2,6 @@
 #pragma once
 
 #include "ndg/io/motion.h"
-#include "ndg/motion/joint_map.h"
 
 #include <string>
 #include <vector>
@@ -25,12 +24,6 @@ std::vector<MotionFile> find_motion_files(const std::vector<std::string>& paths)
 
 /// Not for keyframes.
 MotionClip read_motion(const MotionFile& file);
-
-/// All *.json of a folder. Throws InputError where there is none.
-std::vector<JointMap> read_joint_maps(const std::string& folder);
-
-/// The map whose source joints the clip all has; nullptr where none fits. Throws InputError where several fit.
-const JointMap* find_joint_map(const std::vector<JointMap>& maps, const MotionClip& clip);
 
 /// Tells apart takes and copies of takes. The same take stored twice (CMU takes exist as AMC and as BVH) would put the
 /// same poses on both sides of a split.

@@ -2,7 +2,7 @@
 #include "ndg/motion/neutral_posture.h"
 
 #include "ndg/core/error.h"
-#include "ndg/motion/rotation.h"
+#include "ndg/geometry/rotation.h"
 
 #include <cmath>
 #include <string>
@@ -13,15 +13,6 @@ namespace {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
-
-Matrix3d about_y(double angle)
-{
-    return Eigen::AngleAxisd(angle, Vector3d::UnitY()).toRotationMatrix();
-}
-Matrix3d about_z(double angle)
-{
-    return Eigen::AngleAxisd(angle, Vector3d::UnitZ()).toRotationMatrix();
-}
 
 /// Neutral posture of one body: rotations from rest, built down the limbs.
 class PostureBuilder {

@@ -2,7 +2,7 @@
 #include "ndg/motion/pose_sampling.h"
 
 #include "ndg/core/error.h"
-#include "ndg/motion/rotation.h"
+#include "ndg/geometry/rotation.h"
 
 #include <algorithm>
 #include <limits>

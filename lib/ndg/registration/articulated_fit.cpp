@@ -34,6 +34,7 @@ std::vector<int> every_nth(int total, int count)
     return rows;
 }
 
+/// Weight of a residual in least squares by the estimator of Geman and McClure (1987), 1 at zero.
 double geman_mcclure(double residual, double reach)
 {
     const double ratio = residual / reach;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "ndg/geometry/point_tree.h"
 #include "ndg/registration/articulated_model.h"
-#include "ndg/registration/point_tree.h"
 
 #include <vector>
 

@@ -2,6 +2,7 @@
 #include "ndg/registration/articulated_model.h"
 
 #include "ndg/core/error.h"
+#include "ndg/geometry/rotation.h"
 
 #include <algorithm>
 #include <cmath>
@@ -17,13 +18,6 @@ constexpr double length_deviation = 0.03, girth_deviation = 0.15, extremity_devi
 /// Joints follow the breadth and depth of a part of the trunk with this exponent: fat lies outside them.
 constexpr double joint_share = 0.5;
 constexpr double difference_step = 1e-5;
-
-Eigen::Matrix3d rotation_of(const Eigen::Vector3d& rotation_vector)
-{
-    const double angle = rotation_vector.norm();
-    if (angle < 1e-12) return Eigen::Matrix3d::Identity();
-    return Eigen::AngleAxisd(angle, rotation_vector / angle).toRotationMatrix();
-}
 
 std::vector<int> all_rows(Eigen::Index count)
 {

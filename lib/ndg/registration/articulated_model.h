@@ -2,7 +2,7 @@
 #pragma once
 
 #include "ndg/body/skeleton.h"
-#include "ndg/registration/skin_places.h"
+#include "ndg/scan/skin_places.h"
 
 #include <string>
 #include <vector>

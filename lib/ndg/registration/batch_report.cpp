@@ -2,7 +2,7 @@
 #include "ndg/registration/batch_report.h"
 
 #include "ndg/core/error.h"
-#include "ndg/core/file.h"
+#include "ndg/core/json_file.h"
 #include "ndg/registration/fit_report.h"
 
 #include <fmt/format.h>
@@ -115,23 +115,19 @@ std::string BatchReport::json(const std::vector<BatchEntry>& entries) const
 
 ReportedFit read_reported_fit(const std::string& path, const std::string& name)
 {
-    const auto json = nlohmann::json::parse(read_file(path), nullptr, false);
-    try {
-        const std::string wanted = name.empty() ? json.at("worst").get<std::string>() : name;
-        for (const auto& report : json.at("reports")) {
-            if (report.value("name", "") != wanted) continue;
-            ReportedFit fit;
-            fit.name = wanted;
-            report.at("file").get_to(fit.file);
-            report.at("unit").get_to(fit.unit);
-            report.at("up").get_to(fit.up);
-            report.at("heading_degrees").get_to(fit.heading_degrees);
-            return fit;
-        }
-        throw InputError(fmt::format("{}: holds no fit of \"{}\"", path, wanted));
-    } catch (const nlohmann::json::exception& error) {
-        throw InputError(fmt::format("{}: is no report of fit-body: {}", path, error.what()));
+    const JsonValue root(path);
+    const std::string wanted = name.empty() ? root.at("worst").text() : name;
+    for (const JsonValue& report : root.at("reports").elements()) {
+        if (report.text_or("name", "") != wanted) continue;
+        ReportedFit fit;
+        fit.name = wanted;
+        fit.file = report.at("file").text();
+        fit.unit = report.at("unit").text();
+        fit.up = report.at("up").text();
+        fit.heading_degrees = report.at("heading_degrees").number();
+        return fit;
     }
+    throw InputError(fmt::format("{}: holds no fit of \"{}\"", path, wanted));
 }
 
 }  // namespace ndg

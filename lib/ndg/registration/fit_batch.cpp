@@ -4,6 +4,7 @@
 #include "ndg/core/error.h"
 #include "ndg/core/hash.h"
 #include "ndg/core/log.h"
+#include "ndg/dataset/run_batch.h"
 #include "ndg/io/mesh.h"
 #include "ndg/registration/fit_part.h"
 #include "ndg/registration/fit_report.h"
@@ -11,21 +12,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <atomic>
-#include <exception>
 #include <filesystem>
 #include <map>
-#include <optional>
 
 namespace ndg {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string parts_folder(const BatchOptions& options)
-{
-    return options.output + ".parts";
-}
 
 std::string stem(const std::string& file)
 {
@@ -40,41 +33,35 @@ std::string landmarks_file(const BatchOptions& options, const std::string& name)
     return fs::exists(path) ? path : "";
 }
 
-/// Depends on everything that the fit depends on.
-std::string part_file(const BatchOptions& options, const std::string& file, const std::string& landmarks)
+/// What the scan's own files hold. One that cannot be read fails where it is fitted, for this scan alone.
+std::string content_of(const std::string& file, const std::string& landmarks)
 {
-    std::string key = options.settings + sha256_path(file);
-    if (!landmarks.empty()) key += sha256_path(landmarks);
-    return (fs::path(parts_folder(options)) / (stem(file) + "." + sha256(key).substr(0, 16) + ".h5")).string();
-}
-
-std::optional<FittedBody> finished_part(const std::string& path)
-{
-    if (!fs::exists(path)) return std::nullopt;
     try {
-        return read_fit_part(path);
-    } catch (const Error& error) {
-        log_warning("{} is made anew: {}", path, error.what());
-        return std::nullopt;
+        return sha256_path(file) + (landmarks.empty() ? "" : sha256_path(landmarks));
+    } catch (const InputError& error) {
+        return error.what();
     }
 }
 
-void fit_one(const BodyFitter& fitter, const FitOptions& fit_options, const Eigen::Ref<const Triangles>& triangles,
-             const BatchOptions& options, BatchEntry& entry)
+BatchItem batch_item(const std::string& file, const std::string& landmarks)
 {
-    const std::string name = stem(entry.file), landmarks = landmarks_file(options, name);
-    const std::string part = part_file(options, entry.file, landmarks);
-    if (std::optional<FittedBody> finished = finished_part(part)) {
-        entry.fitted = std::move(*finished);
-        log_info("{}: fitted by an earlier run", name);
-    } else {
-        const ScanPoints scan = read_scan(entry.file, fit_options.scan);
-        entry.fitted = fitter.fit(name, scan, landmarks.empty() ? ScanLandmarks{} : read_scan_landmarks(landmarks));
-        entry.fitted.report.file = entry.file;
-        write_fit_part(part, entry.fitted);
-    }
-    if (!options.surfaces.empty()) {
-        write_mesh((fs::path(options.surfaces) / (name + ".ply")).string(), entry.fitted.posed_skin, triangles);
+    const std::string name = stem(file), identity = sha256(name + " " + content_of(file, landmarks));
+    return {name + "." + identity.substr(0, 16), identity, "scan " + name};
+}
+
+/// A scan that cannot be read is its own failure, not the batch's.
+FittedBody fit_one(const BodyFitter& fitter, const FitOptions& options, const std::string& file,
+                   const std::string& landmarks)
+{
+    try {
+        FittedBody fitted = fitter.fit(stem(file), read_scan(file, options.scan),
+                                       landmarks.empty() ? ScanLandmarks{} : read_scan_landmarks(landmarks));
+        require(fitted.body.skin_vertices.allFinite() && fitted.posed_skin.allFinite(), "{}: the fit is not finite",
+                file);
+        log_info("{}", report_line(fitted.report));
+        return fitted;
+    } catch (const InputError& error) {
+        throw Error(error.what());
     }
 }
 
@@ -116,54 +103,46 @@ std::vector<std::string> scan_files(const std::vector<std::string>& paths)
 
 std::vector<BatchEntry> fit_batch(const BodyFitter& fitter, const std::vector<std::string>& files,
                                   const FitOptions& fit_options, const Eigen::Ref<const Triangles>& triangles,
-                                  const BatchOptions& options, const std::function<bool()>& stop)
+                                  const BatchOptions& options, const PartStore& store,
+                                  const std::function<bool()>& stop)
 {
-    fs::create_directories(parts_folder(options));
+    std::vector<std::string> landmarks;
+    Batch batch;
+    batch.task = "fitting";
+    batch.lone_item_parallel = true;
+    for (const std::string& file : files) {
+        landmarks.push_back(landmarks_file(options, stem(file)));
+        batch.items.push_back(batch_item(file, landmarks.back()));
+    }
+    batch.read = [](const H5Reader& part) { read_fit(part); };
+    batch.make_worker = [&] {
+        return [&](int i) -> PartWriter {
+            const FittedBody fitted = fit_one(fitter, fit_options, files[i], landmarks[i]);
+            return [fitted](H5Writer& part) { write_fit(part, fitted); };
+        };
+    };
+    run_batch(store, batch, stop);
+
     if (!options.surfaces.empty()) fs::create_directories(options.surfaces);
     std::vector<BatchEntry> entries(files.size());
-    std::atomic<bool> stopped{false};
-    std::exception_ptr fatal;
-    // Several scans: one thread each. A single one is parallel inside.
-#pragma omp parallel for schedule(dynamic, 1) if (files.size() > 1)
     for (std::size_t i = 0; i < files.size(); ++i) {
-        if (stopped || stop()) {
-            stopped = true;
-            continue;
-        }
         BatchEntry& entry = entries[i];
         entry.file = files[i];
-        try {
-            fit_one(fitter, fit_options, triangles, options, entry);
-        } catch (const Error& error) {
-            entry.failure = error.what();
-        } catch (...) {
-#pragma omp critical(fit_batch_report)
-            fatal = std::current_exception();
-            stopped = true;
-            continue;
+        entry.failure = store.read(batch.items[i], [&](const H5Reader& part) { entry.fitted = read_fit(part); });
+        if (!entry.failure.empty()) continue;
+        entry.fitted.report.file = entry.file;
+        if (!options.surfaces.empty()) {
+            write_mesh((fs::path(options.surfaces) / (entry.name() + ".ply")).string(), entry.fitted.posed_skin,
+                       triangles);
         }
-#pragma omp critical(fit_batch_report)
-        log_info("{}", entry.failure.empty() ? report_line(entry.fitted.report) : "FAILED: " + entry.failure);
-    }
-    if (fatal) std::rethrow_exception(fatal);
-    if (stopped) {
-        throw Interrupted(fmt::format("interrupted; finished scans are kept in {}, the same command goes on from there",
-                                      parts_folder(options)));
     }
     return entries;
 }
 
-void remove_parts(const BatchOptions& options)
-{
-    std::error_code error;
-    fs::remove_all(parts_folder(options), error);
-    if (error) log_warning("{} could not be removed: {}", parts_folder(options), error.message());
-}
-
-BodySet batch_skins(const std::vector<BatchEntry>& entries, bool keep_failed,
+SkinSet batch_skins(const std::vector<BatchEntry>& entries, bool keep_failed,
                     const std::function<std::pair<double, double>(const std::string&)>& person)
 {
-    BodySet skins;
+    SkinSet skins;
     skins.parameter_names = {"sex", "age_years", "stature_m", "fit_mean_m"};
     for (const BatchEntry& entry : entries) {
         if (is_kept(entry, keep_failed)) skins.bodies.push_back(entry.fitted.body);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "ndg/body/pose_set.h"
+#include "ndg/dataset/part_store.h"
 #include "ndg/registration/fit_body.h"
 
 #include <functional>
@@ -26,24 +27,22 @@ struct BatchEntry {
 };
 
 struct BatchOptions {
-    std::string output;     ///< finished scans are kept beside it, in "OUTPUT.parts", until the batch is complete
-    std::string settings;   ///< everything the fits depend on but the scan; parts of other settings are not used
     std::string landmarks;  ///< file of landmarks, or folder of NAME.json; empty: none
     std::string surfaces;   ///< folder for NAME.ply, the registered skin in the scan's place; empty: none
 };
 
-/// Fits all scans, in parallel, logging a line about each. A scan that cannot be read or fitted is entered with
-/// its failure and skipped. Throws Interrupted, parts kept, once `stop` returns true. The result does not depend on
-/// threads or interruptions.
+/// Fits all scans, in parallel, logging a line about each; finished ones are kept in `store`, whose key must hold all
+/// that the fits depend on but the scans and their landmarks. A scan that cannot be read or fitted is entered with its
+/// failure and skipped. Throws Interrupted, parts kept, once `stop` returns true. The result does not depend on threads
+/// or interruptions.
 std::vector<BatchEntry> fit_batch(const BodyFitter& fitter, const std::vector<std::string>& files,
                                   const FitOptions& fit_options, const Eigen::Ref<const Triangles>& triangles,
-                                  const BatchOptions& options, const std::function<bool()>& stop);
-/// Removes the parts of a batch that has been written.
-void remove_parts(const BatchOptions& options);
+                                  const BatchOptions& options, const PartStore& store,
+                                  const std::function<bool()>& stop);
 
 /// Skins of the entries that passed the gate (or, with `keep_failed`, of all that were fitted), with parameters sex,
 /// age_years, stature_m and fit_mean_m, and their poses. `person`: sex (0 female, 1 male) and age of a name.
-BodySet batch_skins(const std::vector<BatchEntry>& entries, bool keep_failed,
+SkinSet batch_skins(const std::vector<BatchEntry>& entries, bool keep_failed,
                     const std::function<std::pair<double, double>(const std::string&)>& person);
 PoseSet batch_poses(const std::vector<BatchEntry>& entries, bool keep_failed);
 

@@ -2,14 +2,12 @@
 #include "ndg/registration/fit_body.h"
 
 #include "ndg/core/error.h"
-#include "ndg/core/file.h"
+#include "ndg/core/json_file.h"
 #include "ndg/core/log.h"
 #include "ndg/geometry/triangle_mesh.h"
 #include "ndg/registration/fit_report.h"
 #include "ndg/registration/initial_alignment.h"
 #include "ndg/registration/rest_pose.h"
-
-#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <chrono>
@@ -90,15 +88,10 @@ NamedLandmarks find_landmarks(const Template& body_template, const std::string& 
 
 ScanLandmarks read_scan_landmarks(const std::string& path)
 {
-    const auto json = nlohmann::json::parse(read_file(path), nullptr, false);
-    require_input(json.is_object(), "{}: is no JSON object of landmarks", path);
     ScanLandmarks landmarks;
-    for (const auto& [name, value] : json.items()) {
-        const bool triple = value.is_array() && value.size() == 3 && value[0].is_number() && value[1].is_number() &&
-                            value[2].is_number();
-        require_input(triple, "{}: landmark \"{}\" is {}, expected three numbers", path, name, value.dump());
-        landmarks.emplace_back(name,
-                               Eigen::Vector3d(value[0].get<double>(), value[1].get<double>(), value[2].get<double>()));
+    for (const auto& [name, value] : JsonValue(path).members()) {
+        const std::vector<double> position = value.numbers(3);
+        landmarks.emplace_back(name, Eigen::Vector3d(position[0], position[1], position[2]));
     }
     return landmarks;
 }

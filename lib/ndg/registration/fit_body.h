@@ -4,8 +4,8 @@
 #include "ndg/body/template.h"
 #include "ndg/registration/nonrigid_fit.h"
 #include "ndg/registration/rest_pose.h"
-#include "ndg/registration/scan.h"
 #include "ndg/registration/start_shape.h"
+#include "ndg/scan/scan.h"
 
 #include <string>
 #include <utility>
@@ -50,7 +50,7 @@ struct FitReport {
 };
 
 struct FittedBody {
-    Body body;            ///< skin and joints at rest, in the template's pose, feet on y = 0
+    Skin body;            ///< skin and joints at rest, in the template's pose, feet on y = 0
     Pose pose;            ///< moves them onto the scan (metres, y up)
     Points posed_skin;    ///< N_s x 3: linear_blend_skinning of the body in the pose
     Points posed_joints;  ///< J x 3

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "ndg/registration/fit_body.h"
-#include "ndg/registration/scan_truth.h"
+#include "ndg/scan/scan_truth.h"
 
 #include <string>
 

@@ -10,9 +10,6 @@
 namespace ndg {
 namespace {
 
-constexpr const char* format_name = "ndg-fit-part";
-constexpr int format_version = 1;
-
 FitReport parse_report(const std::string& path, const std::string& text)
 {
     FitReport r;
@@ -49,9 +46,8 @@ FitReport parse_report(const std::string& path, const std::string& text)
 
 }  // namespace
 
-void write_fit_part(const std::string& path, const FittedBody& fitted)
+void write_fit(H5Writer& writer, const FittedBody& fitted)
 {
-    H5Writer writer(path, format_name, format_version, {"fit-body", "{}", {}, ""});
     writer.write("/report", std::vector<std::string>{report_json(fitted.report)}, "report of the fit, JSON");
     writer.write("/skin_vertices", fitted.body.skin_vertices, "skin at rest, m", Storage::float64);
     writer.write("/joint_positions", fitted.body.joint_positions, "joints at rest, m", Storage::float64);
@@ -60,20 +56,18 @@ void write_fit_part(const std::string& path, const FittedBody& fitted)
     RowMatrix rotations(static_cast<Eigen::Index>(fitted.pose.parent_from_joint.size()), 9);
     for (Eigen::Index j = 0; j < rotations.rows(); ++j) {
         for (int k = 0; k < 9; ++k) {
-            rotations(j, k) = fitted.pose.parent_from_joint[static_cast<std::size_t>(j)](k / 3, k % 3);
+            rotations(j, k) = fitted.pose.parent_from_joint[j](k / 3, k % 3);
         }
     }
     writer.write("/rotations", rotations, "of the joints, 3 x 3 row-major", Storage::float64);
     const Eigen::Vector3d& t = fitted.pose.root_translation;
     writer.write("/root_translation", std::vector<double>{t[0], t[1], t[2]}, "of the root joint, m");
-    writer.commit();
 }
 
-FittedBody read_fit_part(const std::string& path)
+FittedBody read_fit(const H5Reader& reader)
 {
-    const H5Reader reader(path, format_name, format_version);
     FittedBody result;
-    result.report = parse_report(path, reader.read_strings("/report", 1).front());
+    result.report = parse_report(reader.path(), reader.read_strings("/report", 1).front());
     result.body.name = result.report.name;
     result.body.skin_vertices = reader.read_matrix("/skin_vertices", -1, 3);
     result.body.joint_positions = reader.read_matrix("/joint_positions", num_standard_joints, 3);
@@ -83,7 +77,7 @@ FittedBody read_fit_part(const std::string& path)
     result.pose = Pose::rest(num_standard_joints);
     for (Eigen::Index j = 0; j < rotations.rows(); ++j) {
         for (int k = 0; k < 9; ++k) {
-            result.pose.parent_from_joint[static_cast<std::size_t>(j)](k / 3, k % 3) = rotations(j, k);
+            result.pose.parent_from_joint[j](k / 3, k % 3) = rotations(j, k);
         }
     }
     const std::vector<double> translation = reader.read_doubles("/root_translation", 3);

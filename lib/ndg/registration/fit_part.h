@@ -3,13 +3,15 @@
 
 #include "ndg/registration/fit_body.h"
 
-#include <string>
-
 namespace ndg {
 
-/// A finished scan of a batch, double precision. The report comes back as it was written.
-void write_fit_part(const std::string& path, const FittedBody& fitted);
-/// Throws InputError for anything but a whole part.
-FittedBody read_fit_part(const std::string& path);
+class H5Reader;
+class H5Writer;
+
+/// A finished scan of a batch as the payload of its part (dataset/part_store.h), double precision. The report comes
+/// back as it was written.
+void write_fit(H5Writer& writer, const FittedBody& fitted);
+/// Throws InputError for anything but a whole one.
+FittedBody read_fit(const H5Reader& reader);
 
 }  // namespace ndg

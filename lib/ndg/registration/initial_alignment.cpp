@@ -3,6 +3,7 @@
 
 #include "ndg/core/error.h"
 #include "ndg/geometry/closest_point.h"
+#include "ndg/geometry/rotation.h"
 
 #include <Eigen/Geometry>
 #include <Eigen/SVD>
@@ -88,8 +89,7 @@ std::vector<InitialAlignment> align_initially(const ScanPoints& scan, const Skin
             InitialAlignment candidate;
             candidate.up = up;
             candidate.template_scale = (high - low) / template_stature;
-            const Eigen::Matrix3d heading =
-                Eigen::AngleAxisd(2.0 * EIGEN_PI * h / num_headings, Eigen::Vector3d::UnitY()).toRotationMatrix();
+            const Eigen::Matrix3d heading = about_y(2.0 * EIGEN_PI * h / num_headings);
             candidate.template_from_file.linear() = heading * upright;
             const Eigen::Vector3d target =
                 candidate.template_scale * Eigen::Vector3d(template_centre[0], template_low, template_centre[2]);

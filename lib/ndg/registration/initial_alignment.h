@@ -2,7 +2,7 @@
 #pragma once
 
 #include "ndg/registration/articulated_fit.h"
-#include "ndg/registration/scan.h"
+#include "ndg/scan/scan.h"
 
 #include <string>
 #include <vector>

@@ -67,7 +67,7 @@ std::vector<Term> find_terms(const Points& vertices, const Eigen::Ref<const Tria
     for (std::size_t v = 0; v < rows.size(); ++v) rows[v] = static_cast<int>(v);
     const Points normals = vertex_normals(vertices, triangles);
     for (const PlaneMatch& match : match_surface_to_scan(vertices, normals, rows, scan, max_distance)) {
-        // Half the weight is this direction's, half the other's.
+        // A quarter of the weight is this direction's, three quarters are the other's.
         terms.push_back({Eigen::Vector3i::Constant(match.vertex), Eigen::Vector3d::UnitX(), match.normal,
                          match.residual, 0.25 * areas[match.vertex] * geman_mcclure(match.residual, reach)});
     }

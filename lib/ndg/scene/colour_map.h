@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "ndg/scene/layer.h"
+#include "ndg/scene/scene_surface.h"
 
 namespace ndg {
 

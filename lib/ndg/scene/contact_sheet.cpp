@@ -78,7 +78,7 @@ Image contact_sheet(const BodyPoser& poser, const Body& body, const PoseSet& pos
         thumbnail.camera.image_height = scale;
         const int idx = pose_indices[k];
         Image cell(render_with.width, render_with.height + caption, paper_colour);
-        paste(cell, render({skin_layer(poser.body_template(), thumbnail.geometry)}, thumbnail.camera, render_with), 0,
+        paste(cell, render({skin_surface(poser.body_template(), thumbnail.geometry)}, thumbnail.camera, render_with), 0,
               0);
         draw_text(cell, std::to_string(idx), gap, gap, number_scale, ink);
         const std::string& clip = poses.clip_names[std::size_t(poses.clip_idx[std::size_t(idx)])];

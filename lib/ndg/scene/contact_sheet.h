@@ -2,7 +2,7 @@
 #pragma once
 
 #include "ndg/body/pose_set.h"
-#include "ndg/scene/body_layers.h"
+#include "ndg/scene/body_surfaces.h"
 #include "ndg/scene/camera.h"
 #include "ndg/scene/image.h"
 

@@ -18,27 +18,27 @@ constexpr int disc_corners = 3;
 const Eigen::Vector3f scan_colour(0.62f, 0.66f, 0.72f), skin_colour(0.85f, 0.72f, 0.63f),
     unseen_colour(0.6f, 0.6f, 0.6f);
 
-Layer disc_layer(const FitPicture& fit)
+SceneSurface disc_surface(const FitPicture& fit)
 {
-    Layer layer;
-    layer.name = "scan";
-    layer.colour = scan_colour;
-    layer.gloss = 0.0f;
+    SceneSurface surface;
+    surface.name = "scan";
+    surface.colour = scan_colour;
+    surface.gloss = 0.0f;
     const Eigen::Index count = fit.points.rows();
-    layer.vertices.resize(disc_corners * count, 3);
-    layer.triangles.resize(count, 3);
+    surface.vertices.resize(disc_corners * count, 3);
+    surface.triangles.resize(count, 3);
     for (Eigen::Index i = 0; i < count; ++i) {
         const Eigen::Vector3d normal = fit.normals.row(i).transpose();
         const Eigen::Vector3d across = normal.unitOrthogonal(), up = normal.cross(across);
         for (int k = 0; k < disc_corners; ++k) {
             const double angle = 2.0 * EIGEN_PI * k / disc_corners;
-            layer.vertices.row(disc_corners * i + k) =
+            surface.vertices.row(disc_corners * i + k) =
                 fit.points.row(i) +
                 disc_radius * fit.spacing * (std::cos(angle) * across + std::sin(angle) * up).transpose();
         }
-        layer.triangles.row(i) << int(disc_corners * i), int(disc_corners * i + 1), int(disc_corners * i + 2);
+        surface.triangles.row(i) << int(disc_corners * i), int(disc_corners * i + 1), int(disc_corners * i + 2);
     }
-    return layer;
+    return surface;
 }
 
 /// Mean signed distance of the points nearest to the triangles around each vertex.
@@ -69,12 +69,12 @@ VertexColours distance_colours(const FitPicture& fit, double range)
 
 Image fit_picture(const FitPicture& fit, double range, int height)
 {
-    Layer skin;
+    SceneSurface skin;
     skin.name = "fit";
     skin.vertices = fit.surface;
     skin.triangles = fit.triangles;
     skin.colour = skin_colour;
-    Layer distances = skin;
+    SceneSurface distances = skin;
     distances.name = "distance";
     distances.vertex_colours = distance_colours(fit, range);
     distances.gloss = 0.0f;
@@ -82,12 +82,12 @@ Image fit_picture(const FitPicture& fit, double range, int height)
     settings.height = height;
     settings.width = height * 4 / 5;
     std::vector<Image> images;
-    for (const Layer& layer : {disc_layer(fit), skin, distances}) {
-        settings.occlusion_rays = layer.name == "fit" ? 32 : 0;
+    for (const SceneSurface& surface : {disc_surface(fit), skin, distances}) {
+        settings.occlusion_rays = surface.name == "fit" ? 32 : 0;
         for (const View view : {View::front, View::back, View::left}) {
             const Camera camera =
                 frame_points(fit.surface, view_direction(view, fit.heading), double(settings.width) / settings.height);
-            images.push_back(render({layer}, camera, settings));
+            images.push_back(render({surface}, camera, settings));
         }
     }
     SheetLabels labels;

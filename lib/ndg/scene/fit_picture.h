@@ -2,7 +2,7 @@
 #pragma once
 
 #include "ndg/scene/image.h"
-#include "ndg/scene/layer.h"
+#include "ndg/scene/scene_surface.h"
 
 #include <string>
 

@@ -47,7 +47,7 @@ int add_float_rows(tinygltf::Model& model, const FloatRows& rows)
                         TINYGLTF_COMPONENT_TYPE_FLOAT, TINYGLTF_TYPE_VEC3, std::size_t(rows.rows()));
 }
 
-int add_positions(tinygltf::Model& model, const Layer& layer)
+int add_positions(tinygltf::Model& model, const SceneSurface& layer)
 {
     const FloatRows positions = layer.vertices.cast<float>();
     const int index = add_float_rows(model, positions);
@@ -59,7 +59,7 @@ int add_positions(tinygltf::Model& model, const Layer& layer)
     return index;
 }
 
-int add_normals(tinygltf::Model& model, const Layer& layer)
+int add_normals(tinygltf::Model& model, const SceneSurface& layer)
 {
     FloatRows normals = vertex_normals(layer.vertices, layer.triangles).cast<float>();
     for (Eigen::Index i = 0; i < normals.rows(); ++i)
@@ -67,7 +67,7 @@ int add_normals(tinygltf::Model& model, const Layer& layer)
     return add_float_rows(model, normals);
 }
 
-int add_indices(tinygltf::Model& model, const Layer& layer)
+int add_indices(tinygltf::Model& model, const SceneSurface& layer)
 {
     std::vector<std::uint32_t> indices(std::size_t(layer.triangles.size()));
     for (std::size_t i = 0; i < indices.size(); ++i)
@@ -77,14 +77,14 @@ int add_indices(tinygltf::Model& model, const Layer& layer)
                         TINYGLTF_TYPE_SCALAR, indices.size());
 }
 
-int add_colours(tinygltf::Model& model, const Layer& layer)
+int add_colours(tinygltf::Model& model, const SceneSurface& layer)
 {
     FloatRows colours = layer.vertex_colours;
     for (Eigen::Index i = 0; i < colours.size(); ++i) colours.data()[i] = linear_from_srgb(colours.data()[i]);
     return add_float_rows(model, colours);
 }
 
-tinygltf::Material make_material(const Layer& layer)
+tinygltf::Material make_material(const SceneSurface& layer)
 {
     tinygltf::Material material;
     material.name = layer.name;
@@ -99,7 +99,7 @@ tinygltf::Material make_material(const Layer& layer)
     return material;
 }
 
-void add_layer(tinygltf::Model& model, const Layer& layer)
+void add_layer(tinygltf::Model& model, const SceneSurface& layer)
 {
     tinygltf::Primitive primitive;
     primitive.mode = TINYGLTF_MODE_TRIANGLES;
@@ -122,18 +122,19 @@ void add_layer(tinygltf::Model& model, const Layer& layer)
 
 }  // namespace
 
-void write_glb(const std::string& path, const std::vector<Layer>& layers, const std::string& copyright)
+void write_glb(const std::string& path, const std::vector<SceneSurface>& layers, const std::string& copyright)
 {
     require(!layers.empty(), "{} would hold no layer", path);
     std::set<std::string> names;
-    std::vector<const Layer*> ordered;
-    for (const Layer& layer : layers) {
-        check_layer(layer);
+    std::vector<const SceneSurface*> ordered;
+    for (const SceneSurface& layer : layers) {
+        check_surface(layer);
         require(names.insert(layer.name).second, "{} would hold two layers named \"{}\"", path, layer.name);
         ordered.push_back(&layer);
     }
     // Viewers blend in the order of the nodes: what is translucent comes last.
-    std::stable_partition(ordered.begin(), ordered.end(), [](const Layer* layer) { return layer->opacity >= 1.0f; });
+    std::stable_partition(ordered.begin(), ordered.end(),
+                          [](const SceneSurface* layer) { return layer->opacity >= 1.0f; });
 
     tinygltf::Model model;
     model.asset.version = "2.0";
@@ -143,7 +144,7 @@ void write_glb(const std::string& path, const std::vector<Layer>& layers, const 
     model.scenes.resize(1);
     model.scenes[0].name = "body";
     model.defaultScene = 0;
-    for (const Layer* layer : ordered) add_layer(model, *layer);
+    for (const SceneSurface* layer : ordered) add_layer(model, *layer);
     std::ostringstream stream;
     tinygltf::TinyGLTF writer;
     require(writer.WriteGltfSceneToStream(&model, stream, false, true), "{} could not be encoded as glTF", path);

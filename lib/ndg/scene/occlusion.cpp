@@ -56,25 +56,25 @@ float openness(const RayTracer& tracer, const Eigen::Vector3d& point, const Eige
     return float(open) / float(rays);
 }
 
-std::vector<float> vertex_openness(const RayTracer& tracer, const Layer& layer, const Eigen::Ref<const Points>& normals,
-                                   const RenderSettings& settings)
+std::vector<float> vertex_openness(const RayTracer& tracer, const SceneSurface& surface,
+                                   const Eigen::Ref<const Points>& normals, const RenderSettings& settings)
 {
-    const int num_vertices = int(layer.vertices.rows());
+    const int num_vertices = int(surface.vertices.rows());
     std::vector<float> open(std::size_t(num_vertices), 1.0f);
-    if (!settings.lit || settings.occlusion_rays <= 0 || layer.opacity < 1.0f) return open;
+    if (!settings.lit || settings.occlusion_rays <= 0 || surface.opacity < 1.0f) return open;
 #pragma omp parallel for schedule(dynamic, 256)
     for (int i = 0; i < num_vertices; ++i) {
         const Eigen::Vector3d normal = normals.row(i).transpose();
         if (normal.squaredNorm() < 0.5) continue;  // no triangle uses this vertex
-        open[std::size_t(i)] = openness(tracer, layer.vertices.row(i).transpose(), normal, settings.occlusion_rays,
+        open[std::size_t(i)] = openness(tracer, surface.vertices.row(i).transpose(), normal, settings.occlusion_rays,
                                         settings.occlusion_distance, hash(std::uint32_t(i), 0x0cc1u), settings.clip);
     }
     std::vector<float> sums(open.size(), 0.0f), counts(open.size(), 0.0f);
-    for (Eigen::Index t = 0; t < layer.triangles.rows(); ++t)
+    for (Eigen::Index t = 0; t < surface.triangles.rows(); ++t)
         for (int k = 0; k < 3; ++k) {
-            const auto vertex = std::size_t(layer.triangles(t, k));
-            sums[vertex] +=
-                open[std::size_t(layer.triangles(t, (k + 1) % 3))] + open[std::size_t(layer.triangles(t, (k + 2) % 3))];
+            const auto vertex = std::size_t(surface.triangles(t, k));
+            sums[vertex] += open[std::size_t(surface.triangles(t, (k + 1) % 3))] +
+                            open[std::size_t(surface.triangles(t, (k + 2) % 3))];
             counts[vertex] += 2.0f;
         }
     for (std::size_t i = 0; i < open.size(); ++i)

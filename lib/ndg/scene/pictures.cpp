@@ -36,11 +36,11 @@ RenderSettings render_settings(const PictureSettings& settings, double aspect)
     return result;
 }
 
-Layer shown_skin(const Template& body_template, const Body& body, const BodyGeometry& geometry,
-                 const PictureSettings& settings)
+SceneSurface shown_skin(const Template& body_template, const Body& body, const BodyGeometry& geometry,
+                        const PictureSettings& settings)
 {
-    return settings.volume_colours ? volume_change_layer(body_template, body, geometry, settings.colour_range)
-                                   : skin_layer(body_template, geometry);
+    return settings.volume_colours ? volume_change_surface(body_template, body, geometry, settings.colour_range)
+                                   : skin_surface(body_template, geometry);
 }
 
 /// `count` indices spread evenly over 0..size-1, all when there are fewer.
@@ -76,17 +76,18 @@ Image body_picture(const Template& body_template, const Body& body, const BodyGe
 
 Image layers_picture(const Template& body_template, const BodyGeometry& geometry, const PictureSettings& settings)
 {
-    const Layer shell = skin_shell(body_template, geometry);
-    const std::vector<Layer> anatomy = anatomy_layers(body_template, geometry);  // bones, then muscles
-    std::vector<std::vector<Layer>> columns = {{skin_layer(body_template, geometry)},
-                                               {muscle_wrap_layer(body_template, geometry), shell},
-                                               {bone_wrap_layer(body_template, geometry), shell}};
+    const SceneSurface shell = skin_shell(body_template, geometry);
+    const std::vector<SceneSurface> anatomy = anatomy_surfaces(body_template, geometry);  // bones, then muscles
+    std::vector<std::vector<SceneSurface>> columns = {{skin_surface(body_template, geometry)},
+                                                      {muscle_wrap_surface(body_template, geometry), shell},
+                                                      {bone_wrap_surface(body_template, geometry), shell}};
     SheetLabels labels;
     labels.columns = {"skin", "muscle wrap", "bone wrap"};
-    for (const Layer& layer : anatomy) {
-        const bool muscles = layer.name == "muscles" && anatomy.size() == 2;
-        columns.push_back(muscles ? std::vector<Layer>{anatomy[0], layer, shell} : std::vector<Layer>{layer, shell});
-        labels.columns.push_back(muscles ? "muscles and bones" : layer.name);
+    for (const SceneSurface& surface : anatomy) {
+        const bool muscles = surface.name == "muscles" && anatomy.size() == 2;
+        columns.push_back(muscles ? std::vector<SceneSurface>{anatomy[0], surface, shell}
+                                  : std::vector<SceneSurface>{surface, shell});
+        labels.columns.push_back(muscles ? "muscles and bones" : surface.name);
     }
     std::vector<Image> images;
     for (const View view : {View::front, View::back}) {
@@ -94,7 +95,8 @@ Image layers_picture(const Template& body_template, const BodyGeometry& geometry
         const Camera camera = frame_body(geometry.skin_vertices, view, geometry.heading, aspect);
         RenderSettings render_with = render_settings(settings, aspect);
         render_with.ground_height = geometry.skin_vertices.col(1).minCoeff();
-        for (const std::vector<Layer>& layers : columns) images.push_back(render(layers, camera, render_with));
+        for (const std::vector<SceneSurface>& surfaces : columns)
+            images.push_back(render(surfaces, camera, render_with));
     }
     return tile_images(images, int(columns.size()), labels, paper_colour);
 }
@@ -171,7 +173,8 @@ Image bodies_picture(const Template& body_template, const BodySet& bodies, int m
     for (const int index : indices) {
         const Body& body = bodies.bodies[std::size_t(index)];
         render_with.ground_height = body.skin_vertices.col(1).minCoeff();
-        images.push_back(render({skin_layer(body_template, rest_geometry(body_template, body))}, camera, render_with));
+        images.push_back(
+            render({skin_surface(body_template, rest_geometry(body_template, body))}, camera, render_with));
     }
     const int columns =
         std::min(int(images.size()), std::max(2, int(std::ceil(std::sqrt(2.0 * double(images.size()))))));

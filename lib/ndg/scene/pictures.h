@@ -3,8 +3,8 @@
 #pragma once
 
 #include "ndg/body/pose_set.h"
-#include "ndg/body/sample_set.h"
-#include "ndg/scene/body_layers.h"
+#include "ndg/dataset/deformation_file.h"
+#include "ndg/scene/body_surfaces.h"
 #include "ndg/scene/camera.h"
 #include "ndg/scene/image.h"
 

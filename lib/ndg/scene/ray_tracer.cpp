@@ -11,8 +11,8 @@ namespace ndg {
 
 struct RayTracer::State {
     RTCDevice device = nullptr;
-    RTCScene all = nullptr;     ///< every layer; geometry id = layer index
-    RTCScene opaque = nullptr;  ///< the layers that cast shadows
+    RTCScene all = nullptr;     ///< every surface; geometry id = surface index
+    RTCScene opaque = nullptr;  ///< the surfaces that cast shadows
 
     State() = default;
     State(const State&) = delete;
@@ -27,24 +27,26 @@ struct RayTracer::State {
 
 namespace {
 
-void attach_layer(RTCDevice device, const Layer& layer, unsigned layer_idx, RTCScene all, RTCScene opaque)
+void attach_surface(RTCDevice device, const SceneSurface& surface, unsigned surface_idx, RTCScene all, RTCScene opaque)
 {
     RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
-    auto* vertices = static_cast<float*>(rtcSetNewGeometryBuffer(
-        geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), std::size_t(layer.vertices.rows())));
+    auto* vertices =
+        static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                                                    3 * sizeof(float), std::size_t(surface.vertices.rows())));
     auto* indices =
         static_cast<unsigned*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
-                                                       3 * sizeof(unsigned), std::size_t(layer.triangles.rows())));
+                                                       3 * sizeof(unsigned), std::size_t(surface.triangles.rows())));
     const bool allocated = vertices != nullptr && indices != nullptr;
     if (allocated) {
-        for (Eigen::Index i = 0; i < layer.vertices.size(); ++i) vertices[i] = float(layer.vertices.data()[i]);
-        for (Eigen::Index i = 0; i < layer.triangles.size(); ++i) indices[i] = unsigned(layer.triangles.data()[i]);
+        for (Eigen::Index i = 0; i < surface.vertices.size(); ++i) vertices[i] = float(surface.vertices.data()[i]);
+        for (Eigen::Index i = 0; i < surface.triangles.size(); ++i) indices[i] = unsigned(surface.triangles.data()[i]);
         rtcCommitGeometry(geometry);
-        rtcAttachGeometryByID(all, geometry, layer_idx);
-        if (layer.opacity >= 1.0f) rtcAttachGeometryByID(opaque, geometry, layer_idx);
+        rtcAttachGeometryByID(all, geometry, surface_idx);
+        if (surface.opacity >= 1.0f) rtcAttachGeometryByID(opaque, geometry, surface_idx);
     }
     rtcReleaseGeometry(geometry);
-    require(allocated, "Embree could not allocate layer \"{}\" of {} triangles", layer.name, layer.triangles.rows());
+    require(allocated, "Embree could not allocate surface \"{}\" of {} triangles", surface.name,
+            surface.triangles.rows());
 }
 
 RTCRay make_ray(const Eigen::Vector3f& origin, const Eigen::Vector3f& direction, float near, float far)
@@ -64,7 +66,7 @@ RTCRay make_ray(const Eigen::Vector3f& origin, const Eigen::Vector3f& direction,
 
 }  // namespace
 
-RayTracer::RayTracer(const std::vector<Layer>& layers) : state_(std::make_unique<State>())
+RayTracer::RayTracer(const std::vector<SceneSurface>& surfaces) : state_(std::make_unique<State>())
 {
     // One build thread: the order of a parallel build could decide which of two touching triangles a ray reports.
     state_->device = rtcNewDevice("threads=1");
@@ -73,9 +75,9 @@ RayTracer::RayTracer(const std::vector<Layer>& layers) : state_(std::make_unique
     state_->opaque = rtcNewScene(state_->device);
     rtcSetSceneFlags(state_->all, RTC_SCENE_FLAG_ROBUST);
     rtcSetSceneFlags(state_->opaque, RTC_SCENE_FLAG_ROBUST);
-    for (std::size_t i = 0; i < layers.size(); ++i) {
-        check_layer(layers[i]);
-        attach_layer(state_->device, layers[i], unsigned(i), state_->all, state_->opaque);
+    for (std::size_t i = 0; i < surfaces.size(); ++i) {
+        check_surface(surfaces[i]);
+        attach_surface(state_->device, surfaces[i], unsigned(i), state_->all, state_->opaque);
     }
     rtcCommitScene(state_->all);
     rtcCommitScene(state_->opaque);
@@ -96,7 +98,7 @@ RayHit RayTracer::nearest(const Eigen::Vector3f& origin, const Eigen::Vector3f& 
     rtcIntersect1(state_->all, &context, &query);
     RayHit hit;
     if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID) return hit;
-    hit.layer_idx = int(query.hit.geomID);
+    hit.surface_idx = int(query.hit.geomID);
     hit.triangle_idx = int(query.hit.primID);
     hit.distance = query.ray.tfar;
     hit.u = query.hit.u;

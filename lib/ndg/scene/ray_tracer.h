@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "ndg/scene/layer.h"
+#include "ndg/scene/scene_surface.h"
 
 #include <memory>
 #include <vector>
@@ -9,23 +9,23 @@
 namespace ndg {
 
 struct RayHit {
-    int layer_idx = -1;  ///< -1: nothing was hit
+    int surface_idx = -1;  ///< -1: nothing was hit
     int triangle_idx = -1;
     float distance = 0;  ///< along the ray, in units of its direction's length
     float u = 0, v = 0;  ///< barycentric weights of the triangle's second and third vertex
 };
 
-/// Ray queries against triangle layers (Embree). Queries may run in several threads at once.
+/// Ray queries against triangle surfaces (Embree). Queries may run in several threads at once.
 class RayTracer {
 public:
-    /// Throws Error when a layer is malformed or Embree fails.
-    explicit RayTracer(const std::vector<Layer>& layers);
+    /// Throws Error when a surface is malformed or Embree fails.
+    explicit RayTracer(const std::vector<SceneSurface>& surfaces);
     ~RayTracer();
     RayTracer(const RayTracer&) = delete;
     RayTracer& operator=(const RayTracer&) = delete;
 
     RayHit nearest(const Eigen::Vector3f& origin, const Eigen::Vector3f& direction, float near, float far) const;
-    /// Whether an opaque layer lies on the segment.
+    /// Whether an opaque surface lies on the segment.
     bool occluded(const Eigen::Vector3f& origin, const Eigen::Vector3f& direction, float near, float far) const;
 
 private:

@@ -12,9 +12,9 @@
 namespace ndg {
 namespace {
 
-/// A layer made ready for shading.
-struct Surface {
-    const Layer* layer = nullptr;
+/// A surface made ready for shading.
+struct ShadedSurface {
+    const SceneSurface* surface = nullptr;
     Points normals;
     VertexColours colours;  ///< linear light; empty: `colour`
     Eigen::Vector3f colour;
@@ -22,7 +22,7 @@ struct Surface {
 };
 
 struct Scene {
-    std::vector<Surface> surfaces;
+    std::vector<ShadedSurface> shaded;
     Eigen::Vector3d key_light, fill_light;  ///< unit, towards the light
     Eigen::Vector3f background;
     Eigen::AlignedBox3d bounds;
@@ -33,45 +33,45 @@ struct Fragment {
     float opacity = 0;
 };
 
-Surface prepare_surface(const Layer& layer, const RayTracer& tracer, const RenderSettings& settings)
+ShadedSurface shade_surface(const SceneSurface& surface, const RayTracer& tracer, const RenderSettings& settings)
 {
-    Surface surface;
-    surface.layer = &layer;
-    surface.normals = vertex_normals(layer.vertices, layer.triangles);
-    surface.colour = linear_from_srgb(layer.colour);
-    surface.colours = layer.vertex_colours;
-    for (Eigen::Index i = 0; i < surface.colours.size(); ++i)
-        surface.colours.data()[i] = linear_from_srgb(surface.colours.data()[i]);
-    surface.openness = vertex_openness(tracer, layer, surface.normals, settings);
-    return surface;
+    ShadedSurface shaded;
+    shaded.surface = &surface;
+    shaded.normals = vertex_normals(surface.vertices, surface.triangles);
+    shaded.colour = linear_from_srgb(surface.colour);
+    shaded.colours = surface.vertex_colours;
+    for (Eigen::Index i = 0; i < shaded.colours.size(); ++i)
+        shaded.colours.data()[i] = linear_from_srgb(shaded.colours.data()[i]);
+    shaded.openness = vertex_openness(tracer, surface, shaded.normals, settings);
+    return shaded;
 }
 
-/// Nothing (opacity 0) for the back of a one-sided layer.
+/// Nothing (opacity 0) for the back of a one-sided surface.
 Fragment shade(const Scene& scene, const RayHit& hit, const Eigen::Vector3d& direction, const RenderSettings& settings)
 {
-    const Surface& surface = scene.surfaces[std::size_t(hit.layer_idx)];
-    const Layer& layer = *surface.layer;
-    const std::array<int, 3> corners = {layer.triangles(hit.triangle_idx, 0), layer.triangles(hit.triangle_idx, 1),
-                                        layer.triangles(hit.triangle_idx, 2)};
+    const ShadedSurface& shaded = scene.shaded[std::size_t(hit.surface_idx)];
+    const SceneSurface& surface = *shaded.surface;
+    const std::array<int, 3> corners = {surface.triangles(hit.triangle_idx, 0), surface.triangles(hit.triangle_idx, 1),
+                                        surface.triangles(hit.triangle_idx, 2)};
     const std::array<double, 3> weights = {1.0 - double(hit.u) - double(hit.v), double(hit.u), double(hit.v)};
 
-    const Eigen::Vector3d a = layer.vertices.row(corners[0]), b = layer.vertices.row(corners[1]),
-                          c = layer.vertices.row(corners[2]);
+    const Eigen::Vector3d a = surface.vertices.row(corners[0]), b = surface.vertices.row(corners[1]),
+                          c = surface.vertices.row(corners[2]);
     const Eigen::Vector3d flat_normal = (b - a).cross(c - a);
     const bool from_behind = flat_normal.dot(direction) > 0;
     Fragment fragment;
-    if (from_behind && !layer.two_sided) return fragment;
+    if (from_behind && !surface.two_sided) return fragment;
 
     Eigen::Vector3f albedo = Eigen::Vector3f::Zero();
     Eigen::Vector3d normal = Eigen::Vector3d::Zero();
     float open = 0;
     for (std::size_t k = 0; k < 3; ++k) {
-        normal += weights[k] * surface.normals.row(corners[k]).transpose();
-        open += float(weights[k]) * surface.openness[std::size_t(corners[k])];
-        if (surface.colours.rows() > 0) albedo += float(weights[k]) * surface.colours.row(corners[k]).transpose();
+        normal += weights[k] * shaded.normals.row(corners[k]).transpose();
+        open += float(weights[k]) * shaded.openness[std::size_t(corners[k])];
+        if (shaded.colours.rows() > 0) albedo += float(weights[k]) * shaded.colours.row(corners[k]).transpose();
     }
-    if (surface.colours.rows() == 0) albedo = surface.colour;
-    if (!settings.lit) return {albedo, layer.opacity};
+    if (shaded.colours.rows() == 0) albedo = shaded.colour;
+    if (!settings.lit) return {albedo, surface.opacity};
 
     if (normal.squaredNorm() < 1e-12) normal = flat_normal;
     normal.normalize();
@@ -85,11 +85,11 @@ Fragment shade(const Scene& scene, const RayHit& hit, const Eigen::Vector3d& dir
         key * (0.35f + 0.65f * open) * 0.78f + fill * 0.22f * open + (0.20f + 0.22f * sky) * open * open;
     const Eigen::Vector3d half_way = (scene.key_light - direction).normalized();
     const float highlight =
-        from_behind ? 0.0f : layer.gloss * open * std::pow(float(std::max(0.0, normal.dot(half_way))), 40.0f);
+        from_behind ? 0.0f : surface.gloss * open * std::pow(float(std::max(0.0, normal.dot(half_way))), 40.0f);
     fragment.colour = albedo * light + Eigen::Vector3f::Constant(highlight * 0.6f);
-    const float edge = layer.edge_opacity < 0 ? layer.opacity : layer.edge_opacity;
+    const float edge = surface.edge_opacity < 0 ? surface.opacity : surface.edge_opacity;
     const float grazing = (1.0f - facing) * (1.0f - facing);
-    fragment.opacity = layer.opacity + (edge - layer.opacity) * grazing;
+    fragment.opacity = surface.opacity + (edge - surface.opacity) * grazing;
     return fragment;
 }
 
@@ -112,17 +112,17 @@ Eigen::Vector3f trace(const Scene& scene, const RayTracer& tracer, const Ray& ra
 {
     Eigen::Vector3f colour = Eigen::Vector3f::Zero();
     float transmittance = 1.0f;
-    std::vector<bool> passed(scene.surfaces.size(), false);
+    std::vector<bool> passed(scene.shaded.size(), false);
     RaySegment segment = clip_ray(ray.origin, ray.direction, {}, settings.clip);
     const Eigen::Vector3f origin = ray.origin.cast<float>(), direction = ray.direction.cast<float>();
     while (!segment.empty() && transmittance > 2e-3f) {
         const RayHit hit = tracer.nearest(origin, direction, segment.near, segment.far);
-        if (hit.layer_idx < 0) break;
+        if (hit.surface_idx < 0) break;
         const Fragment fragment = shade(scene, hit, ray.direction, settings);
-        const auto layer_idx = std::size_t(hit.layer_idx);
-        const bool hidden = passed[layer_idx] && scene.surfaces[layer_idx].layer->outermost_only;
+        const auto surface_idx = std::size_t(hit.surface_idx);
+        const bool hidden = passed[surface_idx] && scene.shaded[surface_idx].surface->outermost_only;
         if (fragment.opacity > 0 && !hidden) {
-            passed[layer_idx] = true;
+            passed[surface_idx] = true;
             colour += transmittance * fragment.opacity * fragment.colour;
             transmittance *= 1.0f - fragment.opacity;
         }
@@ -134,18 +134,19 @@ Eigen::Vector3f trace(const Scene& scene, const RayTracer& tracer, const Ray& ra
 
 }  // namespace
 
-Image render(const std::vector<Layer>& layers, const Camera& camera, const RenderSettings& settings)
+Image render(const std::vector<SceneSurface>& surfaces, const Camera& camera, const RenderSettings& settings)
 {
     require(settings.samples_per_axis >= 1 && settings.samples_per_axis <= 16,
             "{} x {} samples a pixel is not possible", settings.samples_per_axis, settings.samples_per_axis);
-    const RayTracer tracer(layers);
+    const RayTracer tracer(surfaces);
     Scene scene;
     scene.background = linear_from_srgb(settings.background);
     scene.key_light = (-0.55 * camera.right + 0.75 * camera.up + 0.70 * camera.backward).normalized();
     scene.fill_light = (0.80 * camera.right + 0.10 * camera.up + 0.45 * camera.backward).normalized();
-    for (const Layer& layer : layers) {
-        scene.surfaces.push_back(prepare_surface(layer, tracer, settings));
-        for (Eigen::Index i = 0; i < layer.vertices.rows(); ++i) scene.bounds.extend(layer.vertices.row(i).transpose());
+    for (const SceneSurface& surface : surfaces) {
+        scene.shaded.push_back(shade_surface(surface, tracer, settings));
+        for (Eigen::Index i = 0; i < surface.vertices.rows(); ++i)
+            scene.bounds.extend(surface.vertices.row(i).transpose());
     }
 
     Image image(settings.width, settings.height);

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pictures without a display: ray casting of layers with translucency, ambient occlusion and a clip plane.
+// Pictures without a display: ray casting of surfaces with translucency, ambient occlusion and a clip plane.
 #pragma once
 
 #include "ndg/scene/camera.h"
 #include "ndg/scene/image.h"
-#include "ndg/scene/layer.h"
+#include "ndg/scene/scene_surface.h"
 
 #include <optional>
 #include <vector>
@@ -28,9 +28,9 @@ struct RenderSettings {
     std::optional<ClipPlane> clip;
 };
 
-/// Triangles seen from behind are shown darker where their layer is two-sided and skipped otherwise. Translucent
-/// layers cast no shadow. The same input gives the same picture for any number of threads. Throws Error for malformed
-/// layers or settings.
-Image render(const std::vector<Layer>& layers, const Camera& camera, const RenderSettings& settings);
+/// Triangles seen from behind are shown darker where their surface is two-sided and skipped otherwise. Translucent
+/// surfaces cast no shadow. The same input gives the same picture for any number of threads. Throws Error for malformed
+/// surfaces or settings.
+Image render(const std::vector<SceneSurface>& surfaces, const Camera& camera, const RenderSettings& settings);
 
 }  // namespace ndg

@@ -99,19 +99,19 @@ std::vector<SectionSegment> section_segments(const Eigen::Ref<const Points>& ver
     return segments;
 }
 
-Layer closed_layer(const Layer& layer)
+SceneSurface closed_surface(const SceneSurface& surface)
 {
-    const std::vector<std::vector<int>> loops = boundary_loops(layer.triangles, int(layer.vertices.rows()));
-    Layer closed = layer;
+    const std::vector<std::vector<int>> loops = boundary_loops(surface.triangles, int(surface.vertices.rows()));
+    SceneSurface closed = surface;
     Eigen::Index num_new_triangles = 0;
     for (const std::vector<int>& loop : loops) num_new_triangles += Eigen::Index(loop.size());
-    Eigen::Index vertex = layer.vertices.rows(), triangle = layer.triangles.rows();
+    Eigen::Index vertex = surface.vertices.rows(), triangle = surface.triangles.rows();
     closed.vertices.conservativeResize(vertex + Eigen::Index(loops.size()), 3);
     closed.triangles.conservativeResize(triangle + num_new_triangles, 3);
     closed.vertex_colours.resize(0, 3);
     for (const std::vector<int>& loop : loops) {
         Eigen::RowVector3d centre = Eigen::RowVector3d::Zero();
-        for (const int v : loop) centre += layer.vertices.row(v) / double(loop.size());
+        for (const int v : loop) centre += surface.vertices.row(v) / double(loop.size());
         closed.vertices.row(vertex) = centre;
         // The surface lies to the left of the loop, so the cap runs along it the other way round.
         for (std::size_t i = 0; i < loop.size(); ++i)
@@ -121,7 +121,8 @@ Layer closed_layer(const Layer& layer)
     return closed;
 }
 
-Image section_image(const std::vector<Layer>& layers, const SectionPlane& plane, const SectionSettings& settings)
+Image section_image(const std::vector<SceneSurface>& surfaces, const SectionPlane& plane,
+                    const SectionSettings& settings)
 {
     require(settings.width > 0 && settings.height > 0 && settings.pixels_per_metre > 0,
             "A section picture of {} x {} pixels at {} pixels a metre is not possible", settings.width, settings.height,
@@ -133,11 +134,11 @@ Image section_image(const std::vector<Layer>& layers, const SectionPlane& plane,
         return Eigen::Vector2d(0.5 * canvas.width + scale * (point.x() - settings.centre.x()),
                                0.5 * canvas.height - scale * (point.y() - settings.centre.y()));
     };
-    for (const Layer& layer : layers) {
-        check_layer(layer);
-        std::vector<SectionSegment> segments = section_segments(layer.vertices, layer.triangles, plane);
+    for (const SceneSurface& surface : surfaces) {
+        check_surface(surface);
+        std::vector<SectionSegment> segments = section_segments(surface.vertices, surface.triangles, plane);
         for (SectionSegment& segment : segments) segment = {to_canvas(segment.begin), to_canvas(segment.end)};
-        const Eigen::Vector3f colour = linear_from_srgb(layer.colour);
+        const Eigen::Vector3f colour = linear_from_srgb(surface.colour);
         fill(canvas, segments, colour);
         outline(canvas, segments, 0.35f * colour, 0.5 * settings.line_width * supersampling);
     }

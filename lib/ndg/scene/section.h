@@ -3,7 +3,7 @@
 #pragma once
 
 #include "ndg/scene/image.h"
-#include "ndg/scene/layer.h"
+#include "ndg/scene/scene_surface.h"
 
 #include <vector>
 
@@ -26,7 +26,7 @@ std::vector<SectionSegment> section_segments(const Eigen::Ref<const Points>& ver
 
 /// Closes every boundary loop of a surface with a fan about the loop's centre, so that its sections are closed curves.
 /// The new vertices come after the old ones.
-Layer closed_layer(const Layer& layer);
+SceneSurface closed_surface(const SceneSurface& surface);
 
 struct SectionSettings {
     Eigen::Vector2d centre = Eigen::Vector2d::Zero();  ///< plane coordinates of the image centre, metres
@@ -35,8 +35,9 @@ struct SectionSettings {
     Eigen::Vector3f background = Eigen::Vector3f(0.955f, 0.96f, 0.965f);
     double line_width = 1.4;  ///< pixels
 };
-/// Fills the inside (winding number other than 0) of each layer in its colour over the layers before it and outlines it
-/// in a darker tone of that colour. Layers must be closed; ones that the plane misses draw nothing.
-Image section_image(const std::vector<Layer>& layers, const SectionPlane& plane, const SectionSettings& settings);
+/// Fills the inside (winding number other than 0) of each surface in its colour over the surfaces before it and
+/// outlines it in a darker tone of that colour. Surfaces must be closed; ones that the plane misses draw nothing.
+Image section_image(const std::vector<SceneSurface>& surfaces, const SectionPlane& plane,
+                    const SectionSettings& settings);
 
 }  // namespace ndg

@@ -36,27 +36,27 @@ std::vector<Level> section_levels(const Skeleton& skeleton, const Body& body)
 }
 
 /// Outermost first, closed, in the colours of the legend.
-std::vector<Layer> section_layers(const Template& body_template, const BodyGeometry& geometry)
+std::vector<SceneSurface> section_surfaces(const Template& body_template, const BodyGeometry& geometry)
 {
-    Layer skin = skin_layer(body_template, geometry);
+    SceneSurface skin = skin_surface(body_template, geometry);
     skin.colour = {0.90f, 0.90f, 0.90f};
-    Layer fat = closed_layer(skin_wrap_layer(body_template, geometry));
+    SceneSurface fat = closed_surface(skin_wrap_surface(body_template, geometry));
     fat.colour = {0.95f, 0.80f, 0.50f};
-    Layer muscle = closed_layer(muscle_wrap_layer(body_template, geometry));
+    SceneSurface muscle = closed_surface(muscle_wrap_surface(body_template, geometry));
     muscle.colour = {0.80f, 0.36f, 0.32f};
-    Layer core = closed_layer(bone_wrap_layer(body_template, geometry));
+    SceneSurface core = closed_surface(bone_wrap_surface(body_template, geometry));
     core.colour = {0.72f, 0.74f, 0.78f};
-    std::vector<Layer> layers = {skin, fat, muscle, core};
-    for (Layer& layer : anatomy_layers(body_template, geometry)) {
-        layer.colour =
-            layer.name == "bones" ? Eigen::Vector3f(0.98f, 0.96f, 0.88f) : Eigen::Vector3f(0.60f, 0.16f, 0.16f);
+    std::vector<SceneSurface> surfaces = {skin, fat, muscle, core};
+    for (SceneSurface& surface : anatomy_surfaces(body_template, geometry)) {
+        surface.colour =
+            surface.name == "bones" ? Eigen::Vector3f(0.98f, 0.96f, 0.88f) : Eigen::Vector3f(0.60f, 0.16f, 0.16f);
         // Bones over muscles, whatever order the template stores them in.
-        if (layer.name == "bones")
-            layers.push_back(layer);
+        if (surface.name == "bones")
+            surfaces.push_back(surface);
         else
-            layers.insert(layers.begin() + 4, layer);
+            surfaces.insert(surfaces.begin() + 4, surface);
     }
-    return layers;
+    return surfaces;
 }
 
 struct Extent {
@@ -72,11 +72,11 @@ Extent plane_extent(const Points& points, const SectionPlane& plane)
 }
 
 /// Bounding box of a section.
-Extent section_extent(const Layer& layer, const SectionPlane& plane)
+Extent section_extent(const SceneSurface& surface, const SectionPlane& plane)
 {
     const double far = std::numeric_limits<double>::infinity();
     Extent extent{{far, far}, {-far, -far}};
-    for (const SectionSegment& segment : section_segments(layer.vertices, layer.triangles, plane))
+    for (const SectionSegment& segment : section_segments(surface.vertices, surface.triangles, plane))
         for (const Eigen::Vector2d& point : {segment.begin, segment.end}) {
             extent.low = extent.low.cwiseMin(point);
             extent.high = extent.high.cwiseMax(point);
@@ -85,8 +85,8 @@ Extent section_extent(const Layer& layer, const SectionPlane& plane)
 }
 
 /// The section with its label above.
-Image draw(const std::vector<Layer>& layers, const SectionPlane& plane, const Extent& extent, double pixels_per_metre,
-           const std::string& label)
+Image draw(const std::vector<SceneSurface>& surfaces, const SectionPlane& plane, const Extent& extent,
+           double pixels_per_metre, const std::string& label)
 {
     SectionSettings settings;
     const Eigen::Vector2d size = (extent.high - extent.low) * pixels_per_metre;
@@ -95,12 +95,12 @@ Image draw(const std::vector<Layer>& layers, const SectionPlane& plane, const Ex
     settings.width = std::max(text_width(label, 2), int(std::ceil(size.x())) + 4);
     settings.height = int(std::ceil(size.y())) + 4;
     Image image(settings.width, settings.height + label_height, paper_colour);
-    paste(image, section_image(layers, plane, settings), 0, label_height);
+    paste(image, section_image(surfaces, plane, settings), 0, label_height);
     draw_text(image, label, 0, 0, 2, {45, 52, 60});
     return image;
 }
 
-Image legend(const std::vector<Layer>& layers, int width)
+Image legend(const std::vector<SceneSurface>& surfaces, int width)
 {
     Image image(width, legend_height, paper_colour);
     const std::vector<std::pair<std::string, std::string>> names = {{"skin", "surface only"},
@@ -110,11 +110,11 @@ Image legend(const std::vector<Layer>& layers, int width)
                                                                     {"bones", "bones"},
                                                                     {"muscles", "muscles"}};
     int x = 8;
-    for (const Layer& layer : layers) {
-        std::string text = layer.name;
+    for (const SceneSurface& surface : surfaces) {
+        std::string text = surface.name;
         for (const auto& [name, description] : names)
-            if (layer.name == name) text = description;
-        const Image swatch(14, 14, pixel_from_linear(linear_from_srgb(layer.colour)));
+            if (surface.name == name) text = description;
+        const Image swatch(14, 14, pixel_from_linear(linear_from_srgb(surface.colour)));
         paste(image, swatch, x, 8);
         draw_text(image, text, x + 20, 8, 2, {45, 52, 60});
         x += 20 + text_width(text, 2) + 22;
@@ -127,7 +127,7 @@ Image legend(const std::vector<Layer>& layers, int width)
 Image sections_picture(const Template& body_template, const Body& body, const PictureSettings& settings)
 {
     const BodyGeometry geometry = rest_geometry(body_template, body);
-    const std::vector<Layer> layers = section_layers(body_template, geometry);
+    const std::vector<SceneSurface> surfaces = section_surfaces(body_template, geometry);
     const Skeleton& skeleton = body_template.skeleton;
 
     // Frontal section: the body faces the reader, its left side on the right hand as in the front view.
@@ -136,7 +136,7 @@ Image sections_picture(const Template& body_template, const Body& body, const Pi
     frontal.origin.x() = 0;
     const Extent frontal_extent = plane_extent(body.skin_vertices, frontal);
     const double frontal_scale = (settings.height - label_height) / (frontal_extent.high.y() - frontal_extent.low.y());
-    const Image left = draw(layers, frontal, frontal_extent, frontal_scale, "frontal");
+    const Image left = draw(surfaces, frontal, frontal_extent, frontal_scale, "frontal");
 
     // Horizontal sections, seen from above with the front of the body at the bottom; one scale and one middle for all.
     const std::vector<Level> levels = section_levels(skeleton, body);
@@ -147,7 +147,7 @@ Image sections_picture(const Template& body_template, const Body& body, const Pi
     double total_depth = 0, half_width = 0;
     for (const Level& level : levels) {
         horizontal.origin = {0, level.height, 0};
-        const Extent extent = section_extent(layers[0], horizontal);
+        const Extent extent = section_extent(surfaces[0], horizontal);
         require(extent.low.x() < extent.high.x(), "The {} section at {:.3f} m misses the skin", level.name,
                 level.height);
         extents.push_back(extent);
@@ -161,10 +161,10 @@ Image sections_picture(const Template& body_template, const Body& body, const Pi
         horizontal.origin = {0, levels[i].height, 0};
         extents[i].low.x() = -half_width;
         extents[i].high.x() = half_width;
-        right.push_back(draw(layers, horizontal, extents[i], scale,
+        right.push_back(draw(surfaces, horizontal, extents[i], scale,
                              fmt::format("{}, y = {:.2f} m", levels[i].name, levels[i].height)));
     }
-    const Image key = legend(layers, left.width + right.front().width + gap);
+    const Image key = legend(surfaces, left.width + right.front().width + gap);
     int height = left.height, y = gap;
     for (const Image& image : right) y += image.height + gap;
     height = std::max(height, y);

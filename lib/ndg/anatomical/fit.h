@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+// Fits that bones are placed with: spheres, similarities, frames along a bone.
+#pragma once
+
+#include "ndg/core/types.h"
+
+namespace ndg {
+
+struct Sphere {
+    Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+    double radius = 0.0;
+};
+
+/// Least-squares sphere through points, N x 3, re-weighted (Tukey's biweight) so that points off the sphere, as the
+/// neck of a femur below its head, lose their say. Throws Error for fewer than four points or flat ones.
+Sphere fit_sphere(const Eigen::Ref<const Points>& points);
+
+/// x -> linear * x + translation that takes `from` to `to` (N x 3 each) with least squared error, linear a rotation
+/// times a scale (Umeyama 1991). Throws Error for fewer than three points.
+Eigen::Affine3d fit_similarity(const Eigen::Ref<const Points>& from, const Eigen::Ref<const Points>& to);
+
+/// Right-handed orthonormal frame, first column along `axis`, second column in the plane of axis and `reference`.
+/// Throws Error when the two are parallel or zero.
+Eigen::Matrix3d frame_along(const Eigen::Vector3d& axis, const Eigen::Vector3d& reference);
+
+/// A bone between two joint centres goes to its new centres: `source_start` to `target_start`, `source_end` to
+/// `target_end`, scaled along by the ratio of the lengths and across by `transverse_scale`. `rotation` says how it is
+/// turned about its axis: its action on the source axis is first corrected by the smallest rotation.
+Eigen::Affine3d bone_transform(const Eigen::Vector3d& source_start, const Eigen::Vector3d& source_end,
+                               const Eigen::Vector3d& target_start, const Eigen::Vector3d& target_end,
+                               const Eigen::Matrix3d& rotation, double transverse_scale);
+
+}  // namespace ndg

@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "ndg/layers/bone_carrying.h"
+
+#include "ndg/core/error.h"
+#include "ndg/geometry/triangle_mesh.h"
+#include "ndg/solver/sparse_cholesky.h"
+
+#include <Eigen/SVD>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+namespace ndg {
+namespace {
+
+constexpr double min_breadth = 0.6;        ///< least scale across a bone against that along it
+constexpr double breadth_quantile = 0.03;  ///< of a joint's vertices that may ask for less
+constexpr double bone_depth = 0.006;       ///< m under the skin that breadths leave
+constexpr int min_breadth_vertices = 8;    ///< of a joint, to judge by
+constexpr double press_length = 0.05;      ///< m, over which it fades that the bone wrap is pressed under the skin
+constexpr double press_tie = 10.0;         ///< weight of the depth wanted there
+constexpr int press_rounds = 4;
+
+/// Similarity transform for each joint that takes the bones around it (the joint, its parent and its children) from the
+/// template's places to the body's. What these few points leave open, as the turn about a straight limb, stays as it
+/// is.
+std::vector<Eigen::Affine3d> bone_similarities(const Template& body_template,
+                                               const Eigen::Ref<const Points>& joint_positions, double scale)
+{
+    constexpr double prior = 0.05;  ///< weight of not turning
+    const Points& from = body_template.rest.joint_positions;
+    const int num_joints = body_template.skeleton.num_joints();
+    std::vector<Eigen::Affine3d> result(static_cast<std::size_t>(num_joints), Eigen::Affine3d::Identity());
+    for (int j = 0; j < num_joints; ++j) {
+        Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+        double spread = 0.0, stretched = 0.0;
+        for (int other = 0; other < num_joints; ++other) {
+            const bool parent = body_template.skeleton.parents[static_cast<std::size_t>(j)] == other;
+            if (body_template.skeleton.parents[static_cast<std::size_t>(other)] != j && !parent) continue;
+            const double weight = parent ? 0.3 : 1.0;
+            const Eigen::Vector3d a = (from.row(other) - from.row(j)).transpose();
+            const Eigen::Vector3d b = (joint_positions.row(other) - joint_positions.row(j)).transpose();
+            covariance += weight * b * a.transpose();
+            spread += weight * a.squaredNorm();
+            stretched += weight * b.squaredNorm();
+        }
+        covariance += prior * spread * Eigen::Matrix3d::Identity();
+        const Eigen::JacobiSVD<Eigen::Matrix3d> svd(covariance, Eigen::ComputeFullU | Eigen::ComputeFullV);
+        Eigen::Vector3d sign = Eigen::Vector3d::Ones();
+        if (svd.matrixU().determinant() * svd.matrixV().determinant() < 0.0) sign[2] = -1.0;
+        const Eigen::Matrix3d rotation = svd.matrixU() * sign.asDiagonal() * svd.matrixV().transpose();
+        const double size = spread > 0.0 ? std::sqrt(stretched / spread) : scale;
+        Eigen::Affine3d& transform = result[static_cast<std::size_t>(j)];
+        transform.linear() = size * rotation;
+        transform.translation() = joint_positions.row(j).transpose() - transform.linear() * from.row(j).transpose();
+    }
+    return result;
+}
+
+/// Direction of each joint's bone in a body: to its children's mean, from its parent where it has none.
+Points bone_axes(const Skeleton& skeleton, const Eigen::Ref<const Points>& joint_positions)
+{
+    const int num_joints = skeleton.num_joints();
+    Points axes = Points::Zero(num_joints, 3);
+    for (int j = 0; j < num_joints; ++j) {
+        const int parent = skeleton.parents[static_cast<std::size_t>(j)];
+        if (parent >= 0) axes.row(parent) += joint_positions.row(j) - joint_positions.row(parent);
+    }
+    for (int j = 0; j < num_joints; ++j) {
+        const int parent = skeleton.parents[static_cast<std::size_t>(j)];
+        if (axes.row(j).norm() < 1e-9 && parent >= 0)
+            axes.row(j) = joint_positions.row(j) - joint_positions.row(parent);
+        if (axes.row(j).norm() > 0.0) axes.row(j).normalize();
+    }
+    return axes;
+}
+
+Points blended(const std::vector<Eigen::Affine3d>& transforms, const Eigen::Ref<const RowMatrix>& weights,
+               const Eigen::Ref<const Points>& points)
+{
+    Points carried = Points::Zero(points.rows(), 3);
+    for (Eigen::Index w = 0; w < carried.rows(); ++w)
+        for (Eigen::Index j = 0; j < weights.cols(); ++j)
+            if (weights(w, j) > 0.0)
+                carried.row(w) +=
+                    weights(w, j) * (transforms[static_cast<std::size_t>(j)] * points.row(w).transpose()).transpose();
+    return carried;
+}
+
+/// What each joint's bone has to shrink by across its axis so that it stays under the skin.
+Eigen::VectorXd breadths(const Skeleton& skeleton, const Eigen::Ref<const RowMatrix>& weights,
+                         const Eigen::Ref<const Points>& bone_wrap, const Eigen::Ref<const Points>& skin_wrap,
+                         const Eigen::Ref<const Points>& joint_positions, const Points& axes)
+{
+    const int num_joints = skeleton.num_joints();
+    std::vector<std::vector<double>> ratios(static_cast<std::size_t>(num_joints));
+    for (Eigen::Index w = 0; w < bone_wrap.rows(); ++w) {
+        Eigen::Index j = 0;
+        if (weights.row(w).maxCoeff(&j) <= 0.5) continue;
+        const auto across = [&](const Eigen::Ref<const Points>& points) {
+            const Eigen::RowVector3d arm = points.row(w) - joint_positions.row(j);
+            return (arm - arm.dot(axes.row(j)) * axes.row(j)).norm();
+        };
+        const double bone = across(bone_wrap);
+        if (bone > 1e-6) ratios[static_cast<std::size_t>(j)].push_back((across(skin_wrap) - bone_depth) / bone);
+    }
+    Eigen::VectorXd result = Eigen::VectorXd::Ones(num_joints);
+    for (int j = 0; j < num_joints; ++j) {
+        // Both sides together, so that a body's two halves stay alike.
+        std::string other = skeleton.joint_names[static_cast<std::size_t>(j)];
+        std::vector<double> own = ratios[static_cast<std::size_t>(j)];
+        if (other.rfind("left_", 0) == 0 || other.rfind("right_", 0) == 0) {
+            other = other[0] == 'l' ? "right_" + other.substr(5) : "left_" + other.substr(6);
+            const auto& mirrored = ratios[static_cast<std::size_t>(skeleton.joint(other))];
+            own.insert(own.end(), mirrored.begin(), mirrored.end());
+        }
+        if (own.size() < static_cast<std::size_t>(min_breadth_vertices)) continue;
+        const auto at = own.begin() + static_cast<std::ptrdiff_t>(breadth_quantile * static_cast<double>(own.size()));
+        std::nth_element(own.begin(), at, own.end());
+        result[j] = std::clamp(*at, min_breadth, 1.0);
+    }
+    return result;
+}
+
+}  // namespace
+
+Points carried_bone_wrap(const Template& body_template, const Eigen::Ref<const RowMatrix>& weights,
+                         const Eigen::Ref<const Points>& skin_wrap, const Eigen::Ref<const Points>& joint_positions,
+                         double scale)
+{
+    const Points bone_wrap = body_template.rest.volume_vertices.topRows(body_template.num_wrap_vertices());
+    std::vector<Eigen::Affine3d> transforms = bone_similarities(body_template, joint_positions, scale);
+    const Points carried = blended(transforms, weights, bone_wrap);
+    const Points axes = bone_axes(body_template.skeleton, joint_positions);
+    const Eigen::VectorXd breadth =
+        breadths(body_template.skeleton, weights, carried, skin_wrap, joint_positions, axes);
+    for (int j = 0; j < body_template.skeleton.num_joints(); ++j) {
+        const Eigen::Vector3d axis = axes.row(j).transpose(), joint = joint_positions.row(j).transpose();
+        const Eigen::Matrix3d shrink =
+            breadth[j] * Eigen::Matrix3d::Identity() + (1.0 - breadth[j]) * axis * axis.transpose();
+        transforms[static_cast<std::size_t>(j)] = Eigen::Translation3d(joint) * shrink * Eigen::Translation3d(-joint) *
+                                                  transforms[static_cast<std::size_t>(j)];
+    }
+    return blended(transforms, weights, bone_wrap);
+}
+
+void press_under_skin(const Eigen::Ref<const Points>& skin_wrap, const Eigen::Ref<const Triangles>& triangles,
+                      double depth, Points& bone_wrap)
+{
+    const auto count = static_cast<int>(skin_wrap.rows());
+    const auto neighbours = vertex_neighbours(triangles, count);
+    const Points normals = vertex_normals(skin_wrap, triangles);
+    const Eigen::VectorXd wanted = depth - (skin_wrap - bone_wrap).cwiseProduct(normals).rowwise().sum().array();
+    std::vector<Eigen::Triplet<double>> entries;
+    double edges = 0.0, length = 0.0;
+    for (int v = 0; v < count; ++v) {
+        const auto& ring = neighbours[static_cast<std::size_t>(v)];
+        entries.emplace_back(v, v, -1.0);
+        for (const int n : ring) {
+            entries.emplace_back(v, n, 1.0 / static_cast<double>(ring.size()));
+            length += (skin_wrap.row(v) - skin_wrap.row(n)).norm();
+        }
+        edges += static_cast<double>(ring.size());
+    }
+    Eigen::SparseMatrix<double> laplacian(count, count);
+    laplacian.setFromTriplets(entries.begin(), entries.end());
+    const Eigen::SparseMatrix<double> bending = laplacian.transpose() * laplacian;
+    const double zero_pull = std::pow(length / edges / press_length, 4);
+    Eigen::VectorXd press = Eigen::VectorXd::Zero(count), ties = Eigen::VectorXd::Zero(count);
+    SparseCholesky solver;
+    for (int round = 0; round < press_rounds; ++round) {
+        const Eigen::Array<bool, Eigen::Dynamic, 1> missed = press.array() < wanted.array();
+        if (!missed.any()) break;
+        ties = missed.select(Eigen::VectorXd::Constant(count, press_tie), ties);
+        Eigen::SparseMatrix<double> matrix = bending;
+        for (int v = 0; v < count; ++v) matrix.coeffRef(v, v) += zero_pull + ties[v];
+        if (round == 0) solver.analyze(matrix);
+        require(solver.factorize(matrix), "the depth of the bone wrap could not be smoothed");
+        press = solver.solve(ties.cwiseProduct(wanted));
+    }
+    press = press.cwiseMax(wanted).cwiseMax(0.0);
+    bone_wrap -= press.asDiagonal() * normals;
+}
+
+}  // namespace ndg

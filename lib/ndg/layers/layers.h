@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+// From a skin to a layered body, after InsideHumans (Komaritzan, Wenninger and Botsch 2021) as NDG 3.1 and 4.1 change
+// it.
+#pragma once
+
+#include "ndg/body/template.h"
+#include "ndg/layers/body_composition.h"
+#include "ndg/layers/layer_fit.h"
+
+#include <string>
+#include <vector>
+
+namespace ndg {
+
+/// Measures of a layered body.
+struct LayerReport {
+    double stature_m = 0, mass_kg = 0, bmi = 0;
+    BodyGirths girths;
+    BodyComposition composition;                         ///< what the girths tell
+    double fat_layer_litre = 0, muscle_layer_litre = 0;  ///< reached
+    double wanted_fat_litre = 0;                         ///< of the fat layer, see LayerBuilder
+    LayerFitReport fit;
+};
+
+/// Makes layered bodies of one template. Kept by reference.
+class LayerBuilder {
+public:
+    LayerBuilder(const Template& body_template, const LayerFitOptions& options);
+
+    /// Layers for a skin in the template's tessellation: `skin.skin_vertices` and `skin.joint_positions` are given, the
+    /// rest is filled; skin vertices move where prisms ask for it (fit_layers). The bone wrap is the template's,
+    /// carried by the bones between the joints: it does not grow with fat. Fat layer and muscle layer share what lies
+    /// between bone wrap and skin in the ratio of adipose tissue to muscle that the girths tell (body_composition):
+    /// muscle has the template's thickness times the root of how much more tissue there is than in the template, times
+    /// one factor. Throws InputError for a skin that does not fit the template, Error naming the body and the worst
+    /// place when a prism stays invalid.
+    Body build(const Skin& skin, const Person& person, LayerReport* report = nullptr) const;
+
+    const Template& body_template() const { return template_; }
+
+private:
+    LayerSurfaces targets(const Skin& skin, double scale, LayerReport& report) const;
+
+    const Template& template_;
+    LayerFitOptions options_;
+    RowMatrix weights_;            ///< N_w x J, dense
+    Points bone_, muscle_, skin_;  ///< the template's wraps
+    Prisms muscle_prisms_, fat_prisms_;
+    double stature_ = 0;
+};
+
+/// One body by itself.
+Body build_layers(const Template& body_template, const Skin& skin, const Person& person, double min_scaled_jacobian,
+                  LayerReport* report = nullptr);
+
+}  // namespace ndg

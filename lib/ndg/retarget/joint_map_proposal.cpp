@@ -1,0 +1,332 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "ndg/retarget/joint_map_proposal.h"
+
+#include "ndg/core/error.h"
+#include "ndg/retarget/joint_map_names.h"
+#include "ndg/retarget/joint_map_topology.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace ndg {
+
+namespace {
+
+constexpr double degree = M_PI / 180.0;
+
+/// A joint of ours to be found along a limb.
+struct Role {
+    std::string joint;  ///< without side
+    /// Arms: distance from the plane of symmetry along the arm; legs: height of the standing body; shares of stature
+    /// (Drillis and Contini 1966).
+    double place;
+    std::vector<std::string> words, weak_words, foreign_words;
+    bool optional = false;
+};
+
+const std::vector<Role>& arm_roles()
+{
+    static const std::vector<Role> roles = {
+        {"clavicle", 0.03, {"clavicle", "collar"}, {"shoulder"}, {"arm"}, true},
+        {"upper_arm",
+         0.129,
+         {"upperarm", "uparm", "humerus", "shldr"},
+         {"shoulder", "arm"},
+         {"fore", "lower", "elbow"}},
+        {"forearm", 0.315, {"forearm", "lowerarm", "lowarm", "loarm", "elbow", "radius", "ulna"}, {"arm"}, {"up"}},
+        {"hand", 0.461, {"hand", "wrist"}, {}, {"arm"}, true}};
+    return roles;
+}
+
+const std::vector<Role>& leg_roles()
+{
+    static const std::vector<Role> roles = {
+        {"thigh", 0.53, {"thigh", "upleg", "upperleg", "femur"}, {"hip", "leg"}, {"low", "buttock", "knee"}},
+        {"shin",
+         0.285,
+         {"shin", "calf", "knee", "lowerleg", "lowleg", "loleg", "tibia"},
+         {"leg"},
+         {"up", "thigh", "hip"}},
+        {"foot", 0.045, {"foot", "ankle"}, {}, {"leg"}},
+        {"toes", 0.01, {"toe", "ball"}, {}, {}, true}};
+    return roles;
+}
+
+double name_score(const Role& role, const JointName& name)
+{
+    for (const char* word :
+         {"finger", "thumb", "index", "pinky", "metacarpal", "twist", "roll", "end", "nub", "site"}) {
+        if (name.has(word)) return -4.0;
+    }
+    const auto has = [&](const std::string& word) { return name.has(word); };
+    if (std::any_of(role.words.begin(), role.words.end(), has)) return 3.0;
+    if (std::any_of(role.foreign_words.begin(), role.foreign_words.end(), has)) return -3.0;
+    if (std::any_of(role.weak_words.begin(), role.weak_words.end(), has)) return 1.0;
+    return 0.0;
+}
+
+/// The best assignment of roles to joints of a chain in their order, all combinations tried; -1 where a role stays
+/// open. Names count more than places, the first of equals wins.
+class RoleFinder {
+public:
+    RoleFinder(const std::vector<Role>& roles, const std::vector<int>& chain, const std::vector<double>& places,
+               const std::vector<JointName>& names)
+        : roles_(roles), chain_(chain), places_(places), names_(names), current_(roles.size(), -1)
+    {
+        search(0, 0, 0.0);
+    }
+    /// Joints of the source, one a role; empty where a role that is not optional finds none.
+    const std::vector<int>& best() const { return best_; }
+
+private:
+    void search(std::size_t role, std::size_t from, double score)
+    {
+        if (role == roles_.size()) {
+            if (best_.empty() || score > best_score_) {
+                best_ = current_;
+                best_score_ = score;
+            }
+            return;
+        }
+        constexpr double tolerance = 0.05, worst = 4.0, found = 1.0, continued = 2.0;
+        for (std::size_t i = from; i < chain_.size(); ++i) {
+            const double off = (places_[i] - roles_[role].place) / tolerance;
+            const JointName& name = names_[std::size_t(chain_[i])];
+            double gain = found + name_score(roles_[role], name) - std::min(worst, off * off);
+            // The second of lowerarm01 and lowerarm02 only goes on where the first began.
+            if (i > 0 && !name.joined.empty() && name.joined == names_[std::size_t(chain_[i - 1])].joined &&
+                name_score(roles_[role], name) > 0.0) {
+                gain -= continued;
+            }
+            current_[role] = chain_[i];
+            search(role + 1, i + 1, score + gain);
+        }
+        current_[role] = -1;
+        if (roles_[role].optional) search(role + 1, from, score);
+    }
+
+    const std::vector<Role>& roles_;
+    const std::vector<int>& chain_;
+    const std::vector<double>& places_;
+    const std::vector<JointName>& names_;
+    std::vector<int> current_, best_;
+    double best_score_ = 0.0;
+};
+
+class Proposer {
+public:
+    explicit Proposer(const MotionClip& clip)
+        : clip_(clip), names_(parse_joint_names(clip.joint_names)), plan_(find_body_plan(clip, names_))
+    {
+        result_.map.path = clip.name + " (proposed)";
+        result_.sides_from_names = plan_.sides_from_names;
+    }
+
+    JointMapProposal propose()
+    {
+        if (!plan_.sides_from_names) note("left and right are guessed from where the feet point");
+        add({"pelvis", name(plan_.spine.front())});
+        add_trunk();
+        for (const std::size_t side : {std::size_t(0), std::size_t(1)}) {
+            add_arm(side);
+            add_leg(side);
+        }
+        add_face();
+        return result_;
+    }
+
+private:
+    const std::string& name(int joint) const { return clip_.joint_names[std::size_t(joint)]; }
+    Eigen::RowVector3d position(int joint) const { return clip_.zero_pose_positions.row(joint); }
+    void note(const std::string& text) { result_.notes.push_back(text); }
+    static std::string prefix(std::size_t side) { return side == 0 ? "left_" : "right_"; }
+
+    struct Entry {
+        std::string joint, source;
+    };
+    JointMapEntry& add(const Entry& entry)
+    {
+        JointMapEntry mapped;
+        mapped.joint = entry.joint;
+        mapped.source = entry.source;
+        result_.map.entries.push_back(mapped);
+        return result_.map.entries.back();
+    }
+
+    /// The rotation `t` joints along a chain of the source.
+    void add_along(const std::string& joint, const std::vector<int>& chain, double t)
+    {
+        const auto i = std::min(chain.size() - 1, static_cast<std::size_t>(t + 1e-9));
+        JointMapEntry& entry = add({joint, name(chain[i])});
+        const double fraction = t - static_cast<double>(i);
+        if (fraction < 1e-6) return;
+        entry.blend_with = name(chain[i + 1]);
+        entry.fraction = std::round(100.0 * fraction) / 100.0;
+    }
+
+    void add_trunk()
+    {
+        const auto num_spine = static_cast<double>(plan_.spine.size() - 1);
+        if (num_spine == 0) {
+            note("the arms hang on the same joint as the legs: the spine stays straight");
+        } else {
+            for (int k = 1; k <= 5; ++k) add_along("spine_" + std::to_string(k), plan_.spine, k * num_spine / 5.0);
+        }
+        if (plan_.head.empty()) {
+            note("no neck and no head were found");
+            return;
+        }
+        std::vector<int> neck = {plan_.spine.back()};
+        neck.insert(neck.end(), plan_.head.begin(), plan_.head.end());
+        const auto num_neck = static_cast<double>(plan_.head.size() - 1);
+        for (int k = 1; k <= 2; ++k) {
+            add_along("neck_" + std::to_string(k), neck, num_neck > 0 ? 0.5 * k * num_neck : 0.4 * k);
+        }
+        add({"head", name(plan_.head.back())});
+    }
+
+    void align(JointMapEntry& entry, const std::string& toward, int from, int to) const
+    {
+        const Eigen::RowVector3d end = to >= 0 ? position(to) : Eigen::RowVector3d(clip_.zero_pose_tips.row(from));
+        if ((end - position(from)).norm() < 1e-4 * plan_.height) return;
+        entry.toward = toward;
+        entry.bone_from = name(from);
+        entry.bone_to = to >= 0 ? name(to) : "";
+    }
+
+    void add_arm(std::size_t side)
+    {
+        const std::vector<int>& chain = plan_.arms[side];
+        std::vector<double> places;
+        double along = std::abs((position(chain[0]) - position(plan_.spine.front())).dot(plan_.left));
+        for (std::size_t i = 0; i < chain.size(); ++i) {
+            if (i > 0) along += (position(chain[i]) - position(chain[i - 1])).norm();
+            places.push_back(along / plan_.height);
+        }
+        const std::vector<int> found = RoleFinder(arm_roles(), chain, places, names_).best();
+        const std::string s = prefix(side);
+        if (found.empty()) {
+            note("no upper arm and forearm were found along " + name(chain[0]));
+            return;
+        }
+        const int clavicle = found[0], upper = found[1], fore = found[2], hand = found[3];
+        if (clavicle >= 0) add({s + "clavicle", name(clavicle)});
+        JointMapEntry& upper_entry = add({s + "upper_arm", name(upper)});
+        upper_entry.limit = 160 * degree;
+        align(upper_entry, s + "forearm", upper, fore);
+        align(add({s + "forearm", name(fore)}), s + "hand", fore, hand);
+        if (hand < 0) {
+            note("no hand was found below " + name(fore));
+            return;
+        }
+        add_forearm_twist(s, chain, fore, hand);
+        const int middle = add_fingers(s, hand);
+        // The hand's own entry stands before its fingers'.
+        JointMapEntry entry;
+        entry.joint = s + "hand";
+        entry.source = name(hand);
+        align(entry, s + "middle_1", hand, middle);
+        const auto first_finger = std::find_if(
+            result_.map.entries.begin(), result_.map.entries.end(),
+            [&](const auto& e) { return e.joint.rfind(s, 0) == 0 && e.joint.back() >= '1' && e.joint.back() <= '3'; });
+        result_.map.entries.insert(first_finger, entry);
+    }
+
+    void add_forearm_twist(const std::string& s, const std::vector<int>& chain, int fore, int hand)
+    {
+        const auto f = std::find(chain.begin(), chain.end(), fore), h = std::find(chain.begin(), chain.end(), hand);
+        if (h - f >= 2) {
+            add({s + "forearm_twist", name(*(f + (h - f) / 2))});
+            return;
+        }
+        JointMapEntry& twist = add({s + "forearm_twist", name(fore)});
+        twist.blend_with = name(hand);
+        twist.fraction = 0.5;
+        twist.twist_only = true;
+    }
+
+    /// Joints below the hand named after a finger or numbered 1 to 5 from the thumb; those with three of them at least.
+    /// Returns the first of the middle finger, -1 where there is none.
+    int add_fingers(const std::string& s, int hand)
+    {
+        const std::vector<std::pair<std::string, std::vector<std::string>>> fingers = {
+            {"thumb", {"thumb"}},
+            {"index", {"index", "point"}},
+            {"middle", {"mid"}},
+            {"ring", {"ring"}},
+            {"pinky", {"pinky", "little", "small"}}};
+        int middle = -1;
+        for (std::size_t f = 0; f < fingers.size(); ++f) {
+            std::vector<int> joints;
+            for (int j = hand + 1; j < clip_.num_joints(); ++j) {
+                int above = j;
+                while (above > hand) above = clip_.parents[std::size_t(above)];
+                const JointName& parsed = names_[std::size_t(j)];
+                const auto has = [&](const std::string& word) { return parsed.has(word); };
+                const bool named = std::any_of(fingers[f].second.begin(), fingers[f].second.end(), has);
+                const bool numbered = parsed.joined == "finger" && parsed.numbers.size() == 2 &&
+                                      parsed.numbers[0] == static_cast<int>(f) + 1;
+                const bool other = parsed.has("metacarpal") || parsed.has("end") || parsed.has("nub");
+                if (above == hand && (named || numbered) && !other) joints.push_back(j);
+            }
+            if (joints.size() < 3) continue;
+            for (std::size_t k = 0; k < 3; ++k)
+                add({s + fingers[f].first + "_" + std::to_string(k + 1), name(joints[k])});
+            if (fingers[f].first == "middle") middle = joints[0];
+        }
+        return middle;
+    }
+
+    void add_leg(std::size_t side)
+    {
+        const std::vector<int>& chain = plan_.legs[side];
+        std::vector<double> places;
+        for (const int joint : chain) places.push_back(plan_.height_of(position(joint)));
+        const std::vector<int> found = RoleFinder(leg_roles(), chain, places, names_).best();
+        require_input(!found.empty(), "clip {}: no hip, knee and ankle were found along \"{}\"", clip_.name,
+                      name(chain[0]));
+        const std::string s = prefix(side);
+        const int thigh = found[0], shin = found[1], foot = found[2], toes = found[3];
+        JointMapEntry& thigh_entry = add({s + "thigh", name(thigh)});
+        thigh_entry.limit = 150 * degree;
+        align(thigh_entry, s + "shin", thigh, shin);
+        align(add({s + "shin", name(shin)}), s + "foot", shin, foot);
+        JointMapEntry& foot_entry = add({s + "foot", name(foot)});
+        foot_entry.limit = 80 * degree;
+        align(foot_entry, s + "toes", foot, toes);
+        foot_entry.sole = !foot_entry.toward.empty();
+        const Eigen::RowVector3d shank = (position(shin) - position(foot)).normalized();
+        // A zero pose with splayed legs has feet square to the shanks instead of flat on a floor.
+        if (foot_entry.sole && shank.dot(plan_.up) < std::cos(10 * degree)) {
+            foot_entry.up_from = name(foot);
+            foot_entry.up_to = name(shin);
+            note("the legs are splayed at the zero pose: the sole of " + name(foot) + " is taken square to the shank");
+        }
+        if (toes >= 0) add({s + "toes", name(toes)}).limit = 70 * degree;
+    }
+
+    void add_face()
+    {
+        for (int j = 0; j < clip_.num_joints(); ++j) {
+            const JointName& parsed = names_[std::size_t(j)];
+            const bool eye = parsed.words == std::vector<std::string>{"eye"};
+            if (parsed.words == std::vector<std::string>{"jaw"} && parsed.side == Side::none) add({"jaw", name(j)});
+            if (eye && parsed.side == Side::left) add({"left_eye", name(j)});
+            if (eye && parsed.side == Side::right) add({"right_eye", name(j)});
+        }
+    }
+
+    const MotionClip& clip_;
+    std::vector<JointName> names_;
+    BodyPlan plan_;
+    JointMapProposal result_;
+};
+
+}  // namespace
+
+JointMapProposal propose_joint_map(const MotionClip& clip)
+{
+    return Proposer(clip).propose();
+}
+
+}  // namespace ndg

@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "ndg/scan/scan_normals.h"
+
+#include <Eigen/Eigenvalues>
+
+#include <queue>
+#include <tuple>
+#include <vector>
+
+namespace ndg {
+namespace {
+
+/// Neighbours along which signs are propagated: few, so that they do not jump between thighs.
+constexpr int graph_neighbours = 8;
+
+struct Step {
+    double alignment;
+    int to, from;
+    bool operator<(const Step& other) const
+    {
+        return std::make_tuple(alignment, -to, -from) < std::make_tuple(other.alignment, -other.to, -other.from);
+    }
+};
+
+void orient_by_propagation(const Eigen::Ref<const Points>& points, const RowMatrixI& neighbours, Points& normals)
+{
+    const int count = static_cast<int>(points.rows());
+    std::vector<std::vector<int>> graph(static_cast<std::size_t>(count));
+    const int degree = std::min(graph_neighbours, static_cast<int>(neighbours.cols()));
+    for (int i = 0; i < count; ++i) {
+        for (int k = 0; k < degree; ++k) {
+            const int j = neighbours(i, k);
+            if (j == i) continue;
+            graph[static_cast<std::size_t>(i)].push_back(j);
+            graph[static_cast<std::size_t>(j)].push_back(i);
+        }
+    }
+    std::vector<char> done(static_cast<std::size_t>(count), 0);
+    for (int start = 0; start < count; ++start) {
+        if (done[static_cast<std::size_t>(start)]) continue;
+        std::vector<int> part;
+        std::priority_queue<Step> queue;
+        const auto leave = [&](int i) {
+            done[static_cast<std::size_t>(i)] = 1;
+            part.push_back(i);
+            for (const int j : graph[static_cast<std::size_t>(i)]) {
+                if (!done[static_cast<std::size_t>(j)]) {
+                    queue.push({std::abs(normals.row(i).dot(normals.row(j))), j, i});
+                }
+            }
+        };
+        leave(start);
+        while (!queue.empty()) {
+            const Step step = queue.top();
+            queue.pop();
+            if (done[static_cast<std::size_t>(step.to)]) continue;
+            if (normals.row(step.to).dot(normals.row(step.from)) < 0) normals.row(step.to) *= -1.0;
+            leave(step.to);
+        }
+        // Of a closed surface with outward normals the integral of normal * position is three times the volume.
+        Eigen::RowVector3d centre = Eigen::RowVector3d::Zero();
+        for (const int i : part) centre += points.row(i) / static_cast<double>(part.size());
+        double volume = 0.0;
+        for (const int i : part) volume += normals.row(i).dot(points.row(i) - centre);
+        if (volume < 0) {
+            for (const int i : part) normals.row(i) *= -1.0;
+        }
+    }
+}
+
+}  // namespace
+
+Points estimate_normals(const Eigen::Ref<const Points>& points, const PointTree& tree, int num_neighbours,
+                        const Eigen::Ref<const Points>& hint)
+{
+    const Eigen::Index count = points.rows();
+    const auto width = std::min<Eigen::Index>(num_neighbours, count);
+    RowMatrixI neighbours(count, width);
+    Points normals(count, 3);
+#pragma omp parallel for schedule(dynamic, 256)
+    for (Eigen::Index i = 0; i < count; ++i) {
+        const auto found = tree.nearest(points.row(i).transpose(), static_cast<int>(width));
+        Eigen::RowVector3d centre = Eigen::RowVector3d::Zero();
+        for (Eigen::Index k = 0; k < width; ++k) {
+            neighbours(i, k) = found[static_cast<std::size_t>(k)].idx;
+            centre += points.row(neighbours(i, k));
+        }
+        centre /= static_cast<double>(width);
+        Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+        for (Eigen::Index k = 0; k < width; ++k) {
+            const Eigen::RowVector3d offset = points.row(neighbours(i, k)) - centre;
+            covariance += offset.transpose() * offset;
+        }
+        normals.row(i) = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(covariance).eigenvectors().col(0).transpose();
+        if (hint.rows() == count && normals.row(i).dot(hint.row(i)) < 0) normals.row(i) *= -1.0;
+    }
+    if (hint.rows() != count) orient_by_propagation(points, neighbours, normals);
+    return normals;
+}
+
+}  // namespace ndg

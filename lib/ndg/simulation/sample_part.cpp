@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "ndg/simulation/sample_part.h"
+
+#include "ndg/core/error.h"
+#include "ndg/io/h5.h"
+
+namespace ndg {
+
+namespace {
+
+const std::string vertices_name = "/sample/vertices";
+
+}  // namespace
+
+const std::vector<std::string>& simulation_statistics()
+{
+    static const std::vector<std::string> names = {"energy_joule", "residual_newton", "residual_relative", "iterations",
+                                                   "converged",    "load_steps",      "inverted_prisms",   "seconds"};
+    return names;
+}
+
+void write_sample(H5Writer& file, const SamplePart& part)
+{
+    file.attribute("stop_reason", part.stop_reason);
+    for (const auto& [name, value] : part.statistics) file.attribute(name, value);
+    file.write(vertices_name, {1, part.vertices.size() / 3, 3}, part.vertices.data(), "deformed volume vertices");
+}
+
+SamplePart read_sample(const H5Reader& file, int num_volume_vertices)
+{
+    const std::vector<std::size_t> expected = {1, static_cast<std::size_t>(num_volume_vertices), 3};
+    require_input(file.shape(vertices_name) == expected, "{}: {} has not {} vertices", file.path(), vertices_name,
+                  num_volume_vertices);
+    SamplePart part;
+    part.vertices = file.read_slice(vertices_name, 0);
+    part.stop_reason = file.attribute("stop_reason");
+    for (const std::string& name : simulation_statistics()) part.statistics[name] = file.attribute_double(name);
+    return part;
+}
+
+}  // namespace ndg

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+// A simulated sample, and its payload in a part (dataset/part_store.h): attributes stop_reason and the sample's
+// statistics; /sample/vertices (1 x N_v x 3 float32).
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+namespace ndg {
+
+class H5Reader;
+class H5Writer;
+
+struct SamplePart {
+    std::vector<float> vertices;               ///< N_v * 3, row-major
+    std::map<std::string, double> statistics;  ///< the names of simulation_statistics
+    std::string stop_reason;                   ///< describe(NewtonStop)
+};
+
+/// Names of a sample's figures: energy_joule, residual_newton, residual_relative, iterations, converged, load_steps,
+/// inverted_prisms, seconds.
+const std::vector<std::string>& simulation_statistics();
+
+void write_sample(H5Writer& file, const SamplePart& part);
+/// Throws InputError for anything but a whole sample of so many vertices.
+SamplePart read_sample(const H5Reader& file, int num_volume_vertices);
+
+}  // namespace ndg

@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "ndg/simulation/simulator.h"
+
+#include "ndg/core/error.h"
+#include "ndg/deform/baselines.h"
+#include "ndg/geometry/prism.h"
+
+namespace ndg {
+
+namespace {
+
+/// Load steps before the last need only lead on to the next one.
+constexpr double step_relative_tolerance = 1e-3;
+
+}  // namespace
+
+void SimulationOptions::check() const
+{
+    material.check();
+    newton.check();
+    require_input(load_steps >= 0, "load-steps is {}, it must not be negative", load_steps);
+}
+
+Pose scale_pose(const Pose& pose, double share)
+{
+    Pose scaled = pose;
+    for (Eigen::Matrix3d& rotation : scaled.parent_from_joint) {
+        const Eigen::AngleAxisd angle_axis(rotation);
+        rotation = Eigen::AngleAxisd(share * angle_axis.angle(), angle_axis.axis()).toRotationMatrix();
+    }
+    scaled.root_translation *= share;
+    return scaled;
+}
+
+Simulator::Simulator(const Template& body_template, const SimulationOptions& options)
+    : poser_(body_template),
+      options_((options.check(), options)),
+      model_(body_template, options.material),
+      system_(model_),
+      poisson_(body_template.prisms, body_template.num_wrap_vertices(), body_template.rest.volume_vertices),
+      newton_(system_),
+      relaxation_(system_)
+{
+}
+
+void Simulator::set_body(const Body& body)
+{
+    body_ = nullptr;
+    model_.set_rest(body.volume_vertices);
+    poisson_.set_rest(body.volume_vertices);
+    gradient_operator_ = gradient_operator(body.volume_vertices, model_.prisms());
+    body_ = &body;
+}
+
+NewtonResult Simulator::minimise(Points& vertices, const NewtonOptions& options)
+{
+    return newton_.minimise(vertices, options, [&](Points& positions, const Eigen::VectorXd& gradient) {
+        return relaxation_.relax(positions, gradient);
+    });
+}
+
+NewtonResult Simulator::solve_in_steps(const Pose& pose, Points& vertices)
+{
+    vertices = body_->volume_vertices;
+    NewtonResult result;
+    NewtonOptions loose = options_.newton;
+    loose.relative_tolerance = std::max(loose.relative_tolerance, step_relative_tolerance);
+    std::vector<Eigen::Matrix3d> previous_rotations = poser_.prism_rotations(
+        poser_.world_from_rest(*body_, Pose::rest(static_cast<int>(pose.parent_from_joint.size()))));
+    int iterations = 0, factorizations = 0;
+    for (int step = 1; step <= options_.load_steps; ++step) {
+        const Pose scaled = step == options_.load_steps ? pose : scale_pose(pose, double(step) / options_.load_steps);
+        const auto world_from_rest = poser_.world_from_rest(*body_, scaled);
+        // The last step's deformation, turned with the bones, is the start of the next.
+        const Gradients residuals =
+            residuals_from_gradients(deformation_gradients(gradient_operator_, vertices), previous_rotations);
+        previous_rotations = poser_.prism_rotations(world_from_rest);
+        vertices = poisson_.reconstruct(gradients_from_residuals(residuals, previous_rotations),
+                                        poser_.bone_wrap(*body_, world_from_rest));
+        result = minimise(vertices, step == options_.load_steps ? options_.newton : loose);
+        iterations += result.iterations;
+        factorizations += result.factorizations;
+    }
+    result.iterations = iterations;
+    result.factorizations = factorizations;
+    return result;
+}
+
+Points Simulator::start(const Pose& pose) const
+{
+    require(body_ != nullptr, "no body is set to simulate");
+    return gradient_skinning(poser_, poisson_, *body_, poser_.world_from_rest(*body_, pose));
+}
+
+SimulationResult Simulator::simulate(const Pose& pose)
+{
+    SimulationResult result;
+    result.vertices = start(pose);
+    result.newton = minimise(result.vertices, options_.newton);
+    if (!result.newton.converged() && options_.load_steps > 0) {
+        Points stepped;
+        NewtonResult second = solve_in_steps(pose, stepped);
+        second.iterations += result.newton.iterations;
+        second.factorizations += result.newton.factorizations;
+        result.load_steps = options_.load_steps;
+        if (second.converged() || second.residual_relative < result.newton.residual_relative) {
+            result.vertices = std::move(stepped);
+            result.newton = std::move(second);
+        } else {
+            result.newton.iterations = second.iterations;
+            result.newton.factorizations = second.factorizations;
+        }
+    }
+    result.inverted_prisms = static_cast<int>((prism_volumes(result.vertices, model_.prisms()).array() < 0).count());
+    return result;
+}
+
+}  // namespace ndg

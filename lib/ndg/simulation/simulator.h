@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+// One body in one pose: warm start, Newton, and load stepping where that fails.
+#pragma once
+
+#include "ndg/deform/poisson.h"
+#include "ndg/deform/posed_body.h"
+#include "ndg/simulation/local_relaxation.h"
+#include "ndg/simulation/newton.h"
+
+#include <string>
+
+namespace ndg {
+
+struct SimulationOptions {
+    MaterialOptions material;
+    NewtonOptions newton;
+    /// Steps from rest to the pose where the direct solve fails; 0: no such second attempt.
+    int load_steps = 8;
+
+    /// Throws InputError naming the value out of range.
+    void check() const;
+};
+
+struct SimulationResult {
+    Points vertices;      ///< N_v x 3
+    NewtonResult newton;  ///< of the last solve; iterations summed over all of them
+    int load_steps = 0;   ///< 0: the direct solve was enough
+    int inverted_prisms = 0;
+};
+
+/// The pose a share of the way from rest: every joint rotation's angle and the root's displacement scaled by `share`.
+Pose scale_pose(const Pose& pose, double share);
+
+/// Workspace for one thread. The result depends on body and pose alone, never on what was simulated before.
+class Simulator {
+public:
+    /// Keeps a reference to `body_template`. Throws InputError for options out of range.
+    Simulator(const Template& body_template, const SimulationOptions& options);
+    Simulator(const Simulator&) = delete;
+    Simulator& operator=(const Simulator&) = delete;
+
+    /// Rest data of a body; must be called before simulate(). Keeps a reference to `body`.
+    void set_body(const Body& body);
+    /// Starts from gradient skinning; if Newton's method fails there, goes from rest to the pose in load steps.
+    SimulationResult simulate(const Pose& pose);
+    /// Gradient skinning, where Newton's method starts; N_v x 3.
+    Points start(const Pose& pose) const;
+
+    const ElasticSystem& system() const { return system_; }
+
+private:
+    NewtonResult minimise(Points& vertices, const NewtonOptions& options);
+    NewtonResult solve_in_steps(const Pose& pose, Points& vertices);
+
+    BodyPoser poser_;
+    SimulationOptions options_;
+    ElasticModel model_;
+    ElasticSystem system_;
+    PoissonReconstruction poisson_;
+    NewtonSolver newton_;
+    LocalRelaxation relaxation_;
+    Eigen::SparseMatrix<double> gradient_operator_;
+    const Body* body_ = nullptr;
+};
+
+}  // namespace ndg

@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: Apache-2.0
+// Energies, forces and Hessians of whole bodies and of parts of them.
+#include "ndg/core/error.h"
+#include "ndg/core/random.h"
+#include "ndg/elastic/elastic_system.h"
+#include "ndg/elastic/volume_guard.h"
+#include "support/support.h"
+
+#include <catch2/catch.hpp>
+
+#include <Eigen/Eigenvalues>
+
+using namespace ndg;
+
+namespace {
+
+Points jittered(Points points, int first, double spread)
+{
+    Random random(11, "jitter");
+    for (Eigen::Index v = first; v < points.rows(); ++v) {
+        for (int c = 0; c < 3; ++c) points(v, c) += spread * random.uniform(-1, 1);
+    }
+    return points;
+}
+
+Eigen::MatrixXd hessian_of(const ElasticSystem& system, const Points& positions, HessianKind kind)
+{
+    Eigen::SparseMatrix<double> matrix = system.hessian_pattern();
+    system.hessian(positions, kind, matrix);
+    const Eigen::MatrixXd lower(matrix);
+    return lower.selfadjointView<Eigen::Lower>();
+}
+
+double smallest_eigenvalue(const Eigen::MatrixXd& matrix)
+{
+    return Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(matrix, Eigen::EigenvaluesOnly).eigenvalues()(0);
+}
+
+/// Gradient and exact Hessian against differences of energy and gradient.
+void require_derivatives(const ElasticSystem& system, const Points& x)
+{
+    Eigen::VectorXd gradient, absolute, plus_gradient, minus_gradient, scratch;
+    system.gradient(x, gradient, absolute);
+    REQUIRE(gradient.norm() > 1e-2);
+    REQUIRE((absolute.array() >= gradient.array().abs() - 1e-12).all());
+    const Eigen::MatrixXd hessian = hessian_of(system, x, HessianKind::exact);
+    Eigen::VectorXd numeric(system.num_unknowns());
+    Eigen::MatrixXd numeric_hessian(system.num_unknowns(), system.num_unknowns());
+    const double step = 1e-6;
+    for (int d = 0; d < system.num_unknowns(); ++d) {
+        Points plus = x, minus = x;
+        const int vertex = system.vertices()[static_cast<std::size_t>(d / 3)];
+        plus(vertex, d % 3) += step;
+        minus(vertex, d % 3) -= step;
+        numeric(d) = (system.energy(plus) - system.energy(minus)) / (2 * step);
+        system.gradient(plus, plus_gradient, scratch);
+        system.gradient(minus, minus_gradient, scratch);
+        numeric_hessian.col(d) = (plus_gradient - minus_gradient) / (2 * step);
+    }
+    REQUIRE((gradient - numeric).norm() < 1e-6 * gradient.norm());
+    REQUIRE(hessian.norm() > 1);
+    REQUIRE((hessian - numeric_hessian).norm() < 1e-6 * hessian.norm());
+}
+
+MaterialOptions material(const std::string& energy)
+{
+    MaterialOptions options;
+    options.energy = energy;
+    return options;
+}
+
+}  // namespace
+
+TEST_CASE("Assembled gradient and Hessian are derivatives of the energy")
+{
+    const Template tube = test::tube_template(3, 5);
+    const ElasticModel model(tube, material("paper"));
+    const ElasticSystem system(model);
+    const Points x = jittered(tube.rest.volume_vertices, tube.num_wrap_vertices(), 0.004);
+    require_derivatives(system, x);
+    const Eigen::MatrixXd exact = hessian_of(system, x, HessianKind::exact);
+    REQUIRE(smallest_eigenvalue(exact) < 0);
+    for (const HessianKind kind : {HessianKind::projected, HessianKind::gauss_newton}) {
+        REQUIRE(smallest_eigenvalue(hessian_of(system, x, kind)) > -1e-9 * exact.norm());
+    }
+    const double nearly = smallest_eigenvalue(hessian_of(system, x, HessianKind::nearly_exact));
+    REQUIRE(nearly > smallest_eigenvalue(exact));
+}
+
+TEST_CASE("Elements in order are left as they are by the nearly exact Hessian")
+{
+    const Template tube = test::tube_template(3, 5);
+    const ElasticModel model(tube, material("paper"));
+    const ElasticSystem system(model);
+    const Points x = jittered(tube.rest.volume_vertices, tube.num_wrap_vertices(), 1e-5);
+    const Eigen::MatrixXd exact = hessian_of(system, x, HessianKind::exact);
+    REQUIRE((hessian_of(system, x, HessianKind::nearly_exact) - exact).norm() < 1e-14 * exact.norm());
+    REQUIRE((hessian_of(system, x, HessianKind::projected) - exact).norm() > 1e-9 * exact.norm());
+}
+
+TEST_CASE("The guarded energy sees flat and inverted prisms, with its derivatives")
+{
+    const Template tube = test::tube_template(3, 5);
+    const ElasticModel paper(tube, material("paper")), guarded(tube, material("inversion-free"));
+    const ElasticSystem paper_system(paper), system(guarded);
+    const Points& rest = tube.rest.volume_vertices;
+    // Far from flat both are one.
+    const Points mild = jittered(rest, tube.num_wrap_vertices(), 0.004);
+    REQUIRE(system.energy(mild) == Approx(paper_system.energy(mild)).epsilon(1e-14));
+    // Muscle wrap and skin pressed towards the bone wrap, some prisms through it.
+    Points pressed = jittered(rest, tube.num_wrap_vertices(), 0.003);
+    const int wrap = tube.num_wrap_vertices();
+    for (int v = 0; v < wrap; ++v) {
+        pressed.row(wrap + v) += (v % 3 == 0 ? 1.1 : 0.9) * (rest.row(v) - rest.row(wrap + v));
+    }
+    REQUIRE((prism_volumes(pressed, tube.prisms).array() < 0).any());
+    REQUIRE(system.energy(pressed) > paper_system.energy(pressed) + 1);
+    require_derivatives(system, pressed);
+    REQUIRE(smallest_eigenvalue(hessian_of(system, pressed, HessianKind::projected)) > -1e-6);
+
+    for (const double share : {-0.5, 0.0, 0.1, 0.2, 0.2499}) {
+        const double step = 1e-6;
+        const VolumeGuard here = volume_guard(share), high = volume_guard(share + step),
+                          low = volume_guard(share - step);
+        REQUIRE(here.energy > 0);
+        REQUIRE(here.first == Approx((high.energy - low.energy) / (2 * step)).epsilon(1e-4).margin(1e-6));
+        REQUIRE(here.second == Approx((high.first - low.first) / (2 * step)).epsilon(1e-4).margin(1e-3));
+    }
+    REQUIRE(volume_guard(guarded_volume_share).energy == 0);
+}
+
+TEST_CASE("A part of the body has the forces and Hessian of the whole at its vertices")
+{
+    const Template tube = test::tube_template(4, 6);
+    const ElasticModel model(tube, material("paper"));
+    const ElasticSystem whole(model);
+    const int first = tube.num_wrap_vertices();
+    const std::vector<int> vertices{first + 3, first + 4, first + 9, first + 27, first + 28, first + 34};
+    const ElasticSystem part(model, vertices);
+    const Points x = jittered(tube.rest.volume_vertices, first, 0.004);
+    Eigen::VectorXd all, some, scratch;
+    whole.gradient(x, all, scratch);
+    part.gradient(x, some, scratch);
+    REQUIRE(some.size() == 18);
+    std::vector<int> unknowns;
+    for (const int v : vertices) {
+        for (int c = 0; c < 3; ++c) unknowns.push_back(3 * (v - first) + c);
+    }
+    REQUIRE((some - all(unknowns)).norm() < 1e-12 * all.norm());
+    for (const HessianKind kind : {HessianKind::exact, HessianKind::projected}) {
+        const Eigen::MatrixXd full = hessian_of(whole, x, kind);
+        REQUIRE((hessian_of(part, x, kind) - full(unknowns, unknowns)).norm() < 1e-12 * full.norm());
+    }
+    require_derivatives(part, x);
+    Points moved = x;
+    moved.row(vertices[1]) += Eigen::RowVector3d(0.002, -0.001, 0.003);
+    REQUIRE(part.energy(moved) - part.energy(x) == Approx(whole.energy(moved) - whole.energy(x)));
+
+    REQUIRE_THROWS_AS(ElasticSystem(model, std::vector<int>{first - 1}), Error);
+    REQUIRE_THROWS_AS(ElasticSystem(model, std::vector<int>{first + 2, first + 1}), Error);
+}

@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "ndg/core/error.h"
+#include "ndg/core/random.h"
+#include "ndg/geometry/closest_point.h"
+#include "ndg/geometry/triangle_mesh.h"
+#include "ndg/scan/scan.h"
+#include "ndg/scan/scan_normals.h"
+#include "ndg/scan/scan_simulation.h"
+#include "scan/template_skin.h"
+
+#include <catch2/catch.hpp>
+
+#include <cmath>
+
+using namespace ndg;
+
+namespace {
+
+/// Points on the ellipsoid with these half axes.
+Points ellipsoid(int count, const Eigen::RowVector3d& half_axes)
+{
+    Random random(3, "ellipsoid");
+    Points points(count, 3);
+    for (int i = 0; i < count; ++i) {
+        Eigen::RowVector3d p;
+        for (int k = 0; k < 3; ++k) p[k] = random.normal();
+        points.row(i) = p.normalized().cwiseProduct(half_axes);
+    }
+    return points;
+}
+
+}  // namespace
+
+TEST_CASE("normals of a point cloud point outwards")
+{
+    const Eigen::RowVector3d axes(0.3, 0.85, 0.2);
+    const Points points = ellipsoid(4000, axes);
+    const Points normals = estimate_normals(points, PointTree(points), 24, Points(0, 3));
+    int right = 0;
+    for (Eigen::Index i = 0; i < points.rows(); ++i) {
+        const Eigen::RowVector3d exact = points.row(i).cwiseQuotient(axes.cwiseAbs2()).normalized();
+        right += normals.row(i).dot(exact) > 0.95;
+    }
+    CHECK(right > 3900);
+}
+
+TEST_CASE("unit and possible up axes are guessed from the extents")
+{
+    const Points person = ellipsoid(3000, {0.3, 0.85, 0.2});
+    for (const std::string& unit : scan_units()) {
+        const ScanPoints scan = prepare_scan("scan", person / metres_of_unit(unit), Triangles(0, 3), {});
+        CHECK(scan.unit == unit);
+        CHECK(scan.up_axes == std::vector<std::string>{"y", "-y"});
+        CHECK(scan.points.col(1).maxCoeff() == Approx(0.85).margin(0.02));
+    }
+    ScanOptions few;
+    few.max_points = 2000;
+    const ScanPoints thinned = prepare_scan("scan", ellipsoid(30000, {0.3, 0.85, 0.2}), Triangles(0, 3), few);
+    CHECK(thinned.points.rows() > 1200);
+    CHECK(thinned.points.rows() <= 2400);
+    for (const std::string up : {"x", "y", "z", "-x", "-y", "-z"}) {
+        const Eigen::Matrix3d rotation = rotation_to_y_up(up);
+        Eigen::Vector3d axis = Eigen::Vector3d::Zero();
+        axis[up.back() - 'x'] = up[0] == '-' ? -1.0 : 1.0;
+        CHECK((rotation * axis - Eigen::Vector3d::UnitY()).norm() < 1e-12);
+        CHECK(rotation.determinant() == Approx(1.0));
+    }
+}
+
+TEST_CASE("what is no scan of a person is refused")
+{
+    const Points person = ellipsoid(3000, {0.3, 0.85, 0.2});
+    const Triangles none(0, 3);
+    CHECK_THROWS_AS(prepare_scan("scan", 0.5 * person, none, {}), InputError);  // half a person, in no unit
+    CHECK_THROWS_AS(prepare_scan("scan", person.topRows(100), none, {}), InputError);
+    CHECK_THROWS_AS(prepare_scan("scan", Points(0, 3), none, {}), InputError);
+    Points broken = person;
+    broken(7, 1) = std::nan("");
+    CHECK_THROWS_AS(prepare_scan("scan", broken, none, {}), InputError);
+    ScanOptions millimetres;
+    millimetres.unit = "mm";
+    CHECK_THROWS_AS(prepare_scan("scan", person, none, millimetres), InputError);
+    CHECK_THROWS_AS(prepare_scan("scan", Points::Zero(3000, 3), none, {}), InputError);
+}
+
+TEST_CASE("a simulated scan lies on the posed skin and depends on seed and body alone")
+{
+    const SkinnedSurface& skin = test::template_skin();
+    ScanSimulationOptions options;
+    options.points = 8000;
+    options.noise = 0.0;
+    const SimulatedScan a = simulate_scan(skin, options, 5, 2), b = simulate_scan(skin, options, 5, 2);
+    CHECK(a.scan.vertices == b.scan.vertices);
+    CHECK(a.scan.triangles == b.scan.triangles);
+    CHECK(simulate_scan(skin, options, 5, 3).posed_skin != a.posed_skin);
+    CHECK(a.scan.vertices.rows() > 4000);
+    // Far fewer closed places than the skin has: a hole's rim at armpits, crotch, soles and head.
+    CHECK(boundary_loops(a.scan.triangles, static_cast<int>(a.scan.vertices.rows())).size() >= 4);
+    const TriangleTree tree(a.posed_skin, skin.triangles);
+    for (Eigen::Index i = 0; i < a.scan.vertices.rows(); i += 37) {
+        CHECK(tree.closest(a.scan.vertices.row(i).transpose()).distance < 1e-9);
+    }
+    options.noise = 0.002;
+    options.cloud = true;
+    const SimulatedScan noisy = simulate_scan(skin, options, 5, 2);
+    CHECK(noisy.scan.triangles.rows() == 0);
+    double squares = 0.0;
+    for (Eigen::Index i = 0; i < noisy.scan.vertices.rows(); ++i) {
+        squares += std::pow(tree.closest(noisy.scan.vertices.row(i).transpose()).distance, 2);
+    }
+    CHECK(std::sqrt(squares / double(noisy.scan.vertices.rows())) == Approx(0.002).epsilon(0.1));
+}

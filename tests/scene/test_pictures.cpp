@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "ndg/scene/pictures.h"
+
+#include "ndg/core/error.h"
+#include "ndg/scene/colour_map.h"
+#include "support/support.h"
+
+#include <catch2/catch.hpp>
+
+using namespace ndg;
+
+namespace {
+
+PictureSettings small_settings()
+{
+    PictureSettings settings;
+    settings.height = 96;
+    settings.samples_per_axis = 1;
+    return settings;
+}
+
+int count_other(const Image& image, Pixel background)
+{
+    int count = 0;
+    for (const Pixel& pixel : image.pixels) count += pixel == background ? 0 : 1;
+    return count;
+}
+
+}  // namespace
+
+TEST_CASE("The diverging map is blue below, red above, grey in the middle, and clamps")
+{
+    const Eigen::Vector3f low = diverging_colour(-1), middle = diverging_colour(0), high = diverging_colour(1);
+    CHECK(low[2] > low[0] + 0.3f);
+    CHECK(high[0] > high[2] + 0.3f);
+    CHECK((middle.maxCoeff() - middle.minCoeff()) < 0.05f);
+    CHECK(diverging_colour(-7) == low);
+    CHECK(diverging_colour(7) == high);
+    // No jump at the stops.
+    for (double value = -1; value < 1; value += 0.01)
+        CHECK((diverging_colour(value + 0.01) - diverging_colour(value)).norm() < 0.03f);
+}
+
+TEST_CASE("A scaled body changes its volume everywhere by the cube of the scale")
+{
+    const Template tube = test::tube_template();
+    const Points& rest = tube.rest.volume_vertices;
+    const Eigen::VectorXd change = volume_change(rest, 1.1 * rest, tube.prisms, tube.num_wrap_vertices());
+    REQUIRE(change.size() == tube.num_wrap_vertices());
+    for (Eigen::Index w = 0; w < change.size(); ++w) CHECK(change[w] == Approx(1.331 - 1.0));
+    // One skin vertex moved outwards: it gains, far away nothing happens.
+    Points bulged = rest;
+    const int vertex = tube.num_wrap_vertices() / 2;
+    const int skin_row = 2 * tube.num_wrap_vertices() + vertex;
+    bulged(skin_row, 0) *= 1.2;
+    bulged(skin_row, 2) *= 1.2;
+    const Eigen::VectorXd local = volume_change(rest, bulged, tube.prisms, tube.num_wrap_vertices());
+    CHECK(local[vertex] > 0.01);
+    CHECK(local[0] == 0);
+}
+
+TEST_CASE("A body in the rest pose has the geometry of the body at rest")
+{
+    const Template tube = test::tube_template();
+    const BodyPoser poser(tube);
+    const BodyGeometry rest = rest_geometry(tube, tube.rest);
+    const BodyGeometry posed =
+        posed_geometry(poser, tube.rest, Pose::rest(tube.skeleton.num_joints()), tube.rest.volume_vertices);
+    CHECK((posed.skin_vertices - rest.skin_vertices).cwiseAbs().maxCoeff() < 1e-6);
+    CHECK((posed.anatomy_vertices - rest.anatomy_vertices).cwiseAbs().maxCoeff() < 1e-9);
+    CHECK(posed.heading == 0);
+
+    Pose turned = Pose::rest(tube.skeleton.num_joints());
+    turned.parent_from_joint[0] = Eigen::AngleAxisd(0.7, Eigen::Vector3d::UnitY()).toRotationMatrix();
+    CHECK(skinned_geometry(poser, tube.rest, turned).heading == Approx(0.7));
+    CHECK_THROWS_AS(posed_geometry(poser, tube.rest, turned, tube.rest.volume_vertices.topRows(3)), Error);
+}
+
+TEST_CASE("The wraps and the anatomy become surfaces of their own")
+{
+    const Template tube = test::tube_template();
+    const BodyGeometry geometry = rest_geometry(tube, tube.rest);
+    CHECK(muscle_wrap_surface(tube, geometry).vertices ==
+          tube.rest.volume_vertices.middleRows(tube.num_wrap_vertices(), tube.num_wrap_vertices()));
+    CHECK(bone_wrap_surface(tube, geometry).vertices == tube.rest.volume_vertices.topRows(tube.num_wrap_vertices()));
+    CHECK(skin_shell(tube, geometry).opacity < 1);
+    Eigen::Index num_triangles = 0;
+    for (const SceneSurface& surface : anatomy_surfaces(tube, geometry)) {
+        CHECK_NOTHROW(check_surface(surface));
+        num_triangles += surface.triangles.rows();
+    }
+    CHECK(num_triangles == tube.anatomy_triangles.rows());
+    const SceneSurface coloured = volume_change_surface(tube, tube.rest, geometry, 0.3);
+    CHECK(coloured.vertex_colours.rows() == tube.rest.skin_vertices.rows());
+    CHECK((coloured.vertex_colours.row(tube.wrap_to_skin[0]).transpose() - diverging_colour(0)).norm() < 1e-5f);
+}
+
+TEST_CASE("Pictures of a body show it")
+{
+    const Template tube = test::tube_template();
+    const BodyGeometry geometry = rest_geometry(tube, tube.rest);
+    const Image picture = body_picture(tube, tube.rest, geometry, small_settings());
+    CHECK(picture.height == 96);
+    CHECK(count_other(picture, picture.at(0, 0)) > picture.width * picture.height / 20);
+    const Image layers = layers_picture(tube, geometry, small_settings());
+    CHECK(layers.height > 2 * 96);
+    BodySet bodies;
+    bodies.bodies.assign(5, tube.rest);
+    const Image sheet = bodies_picture(tube, bodies, 3, small_settings());
+    CHECK(count_other(sheet, sheet.at(0, 0)) > 3 * 100);
+}
+
+TEST_CASE("A sheet of frames has one row a sample and one column a method")
+{
+    const Template tube = test::tube_template();
+    const BodyPoser poser(tube);
+    BodySet bodies;
+    bodies.bodies = {tube.rest, tube.rest};
+    PoseSet poses;
+    poses.poses = {test::tube_pose(0.0), test::tube_pose(0.5), test::tube_pose(1.0)};
+    std::vector<DeformationSet> files(2);
+    for (std::size_t k = 0; k < files.size(); ++k) {
+        files[k].method = k == 0 ? "FEM" : "LBS";
+        files[k].num_volume_vertices = tube.num_volume_vertices();
+        for (int pose = 0; pose < 3; ++pose)
+            files[k].add({pose % 2, pose}, "test",
+                         skinned_geometry(poser, tube.rest, poses.poses[std::size_t(pose)]).volume_vertices);
+    }
+    PictureSettings settings = small_settings();
+    settings.volume_colours = true;
+    const Image two = frames_picture(poser, bodies, poses, files, "test", 2, settings);
+    const Image all = frames_picture(poser, bodies, poses, files, "test", 10, settings);
+    CHECK(all.height - two.height >= 96);
+
+    CHECK_THROWS_AS(frames_picture(poser, bodies, poses, files, "train", 2, settings), InputError);
+    files[1].pairs[2] = {1, 1};
+    CHECK_THROWS_WITH(frames_picture(poser, bodies, poses, files, "test", 3, settings), Catch::Contains("LBS"));
+    poses.poses.resize(1);
+    CHECK_THROWS_AS(frames_picture(poser, bodies, poses, {files[0]}, "test", 3, settings), InputError);
+}
