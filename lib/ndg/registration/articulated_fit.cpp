@@ -34,14 +34,6 @@ std::vector<int> every_nth(int total, int count)
     return rows;
 }
 
-/// Weight of a residual in least squares by the estimator of Geman and McClure (1987), 1 at zero.
-double geman_mcclure(double residual, double reach)
-{
-    const double ratio = residual / reach;
-    const double weight = 1.0 / (1.0 + ratio * ratio);
-    return weight * weight;
-}
-
 double mean_distance(const std::vector<PlaneMatch>& matches, std::size_t total)
 {
     double sum = score_limit * static_cast<double>(total - matches.size());

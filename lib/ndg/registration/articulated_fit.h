@@ -38,6 +38,14 @@ std::vector<PlaneMatch> match_scan_to_surface(const Eigen::Ref<const Points>& ve
                                               const Eigen::Ref<const Triangles>& triangles, const ScanTarget& scan,
                                               const std::vector<int>& rows, double max_distance);
 
+/// Weight of a residual in least squares by the estimator of Geman and McClure (1987), 1 at zero.
+inline double geman_mcclure(double residual, double reach)
+{
+    const double ratio = residual / reach;
+    const double weight = 1.0 / (1.0 + ratio * ratio);
+    return weight * weight;
+}
+
 /// A place on the skin (three vertices, barycentric) and where the scan has it.
 struct LandmarkTarget {
     Eigen::Vector3i vertices = Eigen::Vector3i::Zero();

@@ -31,13 +31,6 @@ struct Term {
     double weight = 0.0;    ///< m^2
 };
 
-double geman_mcclure(double residual, double reach)
-{
-    const double ratio = residual / reach;
-    const double weight = 1.0 / (1.0 + ratio * ratio);
-    return weight * weight;
-}
-
 /// Cotangent weights, none below a small positive one: needles would otherwise pull the wrong way.
 SparseMatrix positive_laplacian(const Eigen::Ref<const Points>& vertices, const Eigen::Ref<const Triangles>& triangles)
 {
