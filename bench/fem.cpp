@@ -4,8 +4,8 @@
 #include "ndg/core/stopwatch.h"
 #include "ndg/core/threads.h"
 #include "ndg/core/tool.h"
-#include "ndg/simulation/simulation_parameters.h"
 #include "ndg/motion/clinical_angles.h"
+#include "ndg/simulation/simulation_parameters.h"
 #include "ndg/solver/sparse_cholesky.h"
 #include "report.h"
 #include "support/support.h"
@@ -193,7 +193,7 @@ int main(int argc, char** argv)
                 if (plain_done >= num_plain) continue;
                 ++plain_done;
                 same_seconds += seconds.back();
-                NewtonSolver plain(simulator.system());
+                NewtonSolver plain(simulator.objective());
                 Points positions = simulator.start(pose.pose);
                 plain_seconds +=
                     seconds_of([&] { plain_converged += plain.minimise(positions, options.newton).converged(); });
@@ -215,16 +215,16 @@ int main(int argc, char** argv)
         }
         fmt::print("\n");
 
-        const ElasticSystem& system = simulator.system();
-        Eigen::SparseMatrix<double> hessian = system.hessian_pattern();
+        const Objective& objective = simulator.objective();
+        Eigen::SparseMatrix<double> hessian = objective.hessian_pattern();
         SingleCholesky single;
         SparseCholesky cholesky(SparseCholesky::Method::supernodal);
         single.analyze(hessian);
         cholesky.analyze(hessian);
         Eigen::VectorXd gradient, absolute, solution;
         bench::Report report("fem");
-        report.add("prisms", static_cast<double>(system.model().prisms().rows()));
-        report.add("unknowns", system.num_unknowns());
+        report.add("prisms", static_cast<double>(bench.body_template.num_prisms()));
+        report.add("unknowns", objective.num_unknowns());
         report.add("samples", samples);
         report.add("core_seconds_median", bench::quantile(seconds, 0.5));
         report.add("core_seconds_p95", bench::quantile(seconds, 0.95));
@@ -243,14 +243,14 @@ int main(int argc, char** argv)
             report.add("plain_seconds_ratio", plain_seconds / same_seconds);
         }
         report.add("set_body_seconds", body_seconds / static_cast<double>(bench.bodies.size()));
-        report.add("energy_seconds", seconds_of([&] { system.energy(last); }));
-        report.add("gradient_seconds", seconds_of([&] { system.gradient(last, gradient, absolute); }));
+        report.add("energy_seconds", seconds_of([&] { objective.energy(last); }));
+        report.add("gradient_seconds", seconds_of([&] { objective.gradient(last, gradient, absolute); }));
         for (const auto& [name, kind] :
              std::vector<std::pair<std::string, HessianKind>>{{"gauss_newton", HessianKind::gauss_newton},
                                                               {"exact", HessianKind::exact},
                                                               {"projected", HessianKind::projected}}) {
             report.add(name + "_hessian_seconds",
-                       seconds_of([&, hessian_kind = kind] { system.hessian(last, hessian_kind, hessian); }));
+                       seconds_of([&, hessian_kind = kind] { objective.hessian(last, hessian_kind, hessian); }));
         }
         report.add("factor_seconds", seconds_of([&] { single.factorize(hessian); }));
         report.add("solve_seconds", seconds_of([&] { single.solve(gradient, solution); }));

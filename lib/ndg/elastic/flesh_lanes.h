@@ -1,44 +1,83 @@
 // SPDX-License-Identifier: Apache-2.0
-// The flesh energy of four prisms at a time: the formulas of neo_hookean.h, taken to the prism's vertices.
 #pragma once
 
-#include "ndg/elastic/elastic_model.h"
-#include "ndg/elastic/lanes.h"
+#include "ndg/elastic/element_batches.h"
+#include "ndg/elastic/element_sums.h"
 
-#include <array>
+#include <Eigen/Core>
+
+#include <tuple>
 
 namespace ndg {
 
-using PrismBlocks = LaneBlocks<6>;
-
+/// The kernel (lane_term.h) of flesh elements with one deformation gradient F, weight times psi(F): it takes a law to
+/// the element's corners. A `Law` has a type Material, a constructor from (columns of F, materials, weight) and, times
+/// the weight, energy(), stress() = d psi / d F by columns, stability(), hessian(g, blocks) and projected_hessian(g,
+/// blocks), which take d^2 psi / d F^2 to corners by the columns g of the element's gradient operator.
+template <class Law, std::size_t Corners>
 class FleshLanes {
 public:
-    /// The same element may be given more than once.
-    FleshLanes(const Points& positions, const std::array<const FleshElement*, num_lanes>& elements);
+    static constexpr int num_corners = Corners;
+    struct Rest {
+        Eigen::Matrix<double, 3, Corners> gradient;  ///< G with F^T = G X, X the corners; its columns sum to zero
+        double weight = 0;                           ///< m^3
+        typename Law::Material material;
+    };
+    using Batch = ElementBatch<Rest>;
 
-    /// Joule.
-    Lanes energy() const;
-    /// d energy / d vertices, N, 18 rows.
-    void forces(LaneVector<18>& forces) const;
-    /// Volumes over rest volumes, exact (supplement equation 15).
-    Lanes volume_shares() const;
-    /// neo_hookean_stability().
-    Lanes stability() const;
-    /// d^2 energy / d vertices^2.
-    void hessian(PrismBlocks& blocks) const;
-    /// The same with the negative eigenvalues of d^2 psi / d F^2 set to zero.
-    void projected_hessian(PrismBlocks& blocks) const;
+    FleshLanes(const Points& positions, const Batch& batch)
+        : g_(gather_gradients(batch)),
+          law_(deformation(gather_corners<Corners>(positions, batch.corners)), materials(batch),
+               gather_lanes(batch.rests, [](const Rest* rest) { return rest->weight; }))
+    {
+    }
+
+    Lanes energy() const { return law_.energy(); }
+    Lanes stability() const { return law_.stability(); }
+    std::tuple<LaneVector<3 * Corners>> forces() const
+    {
+        std::tuple<LaneVector<3 * Corners>> result;
+        const std::array<Lanes3, 3> stress = law_.stress();
+        for (std::size_t a = 0; a < Corners; ++a) {
+            std::get<0>(result).set3(a, g_[a][0] * stress[0] + g_[a][1] * stress[1] + g_[a][2] * stress[2]);
+        }
+        return result;
+    }
+    void hessian(LaneBlocks<Corners>& blocks) const { law_.hessian(g_, blocks); }
+    void semidefinite_hessian(HessianKind, LaneBlocks<Corners>& blocks) const { law_.projected_hessian(g_, blocks); }
 
 private:
-    void remove_negative(PrismBlocks& blocks, const std::array<Lanes3, 3>& u, const std::array<Lanes3, 3>& v,
-                         const Lanes3& s) const;
-    void replace_lane(PrismBlocks& blocks, std::size_t lane) const;
+    static std::array<Lanes3, Corners> gather_gradients(const Batch& batch)
+    {
+        std::array<Lanes3, Corners> g;
+        for (std::size_t a = 0; a < Corners; ++a) {
+            for (std::size_t c = 0; c < 3; ++c) {
+                g[a][c] = gather_lanes(batch.rests, [&](const Rest* rest) { return rest->gradient.data()[3 * a + c]; });
+            }
+        }
+        return g;
+    }
+    static std::array<const typename Law::Material*, num_lanes> materials(const Batch& batch)
+    {
+        return {&batch.rests[0]->material, &batch.rests[1]->material, &batch.rests[2]->material,
+                &batch.rests[3]->material};
+    }
+    std::array<Lanes3, 3> deformation(const std::array<Lanes3, Corners>& x) const
+    {
+        // The columns of G sum to zero; differences keep the digits that a body's distance from the origin costs.
+        constexpr std::size_t last = Corners - 1;
+        std::array<Lanes3, last> arms;
+        for (std::size_t a = 0; a < last; ++a) arms[a] = x[a] - x[last];
+        std::array<Lanes3, 3> f;
+        for (std::size_t j = 0; j < 3; ++j) {
+            f[j] = g_[0][j] * arms[0];
+            for (std::size_t a = 1; a < last; ++a) f[j] = f[j] + g_[a][j] * arms[a];
+        }
+        return f;
+    }
 
-    std::array<const FleshElement*, num_lanes> elements_;
-    std::array<Lanes3, 6> x_, g_;  ///< vertices; columns of G_p
-    std::array<Lanes3, 3> f_;      ///< columns of F
-    std::array<Lanes3, 3> cofactor_;
-    Lanes weight_, mu_, lambda_, rest_volume_, dilation_, distortion_, pressure_;
+    std::array<Lanes3, Corners> g_;  ///< columns of G
+    Law law_;
 };
 
 }  // namespace ndg

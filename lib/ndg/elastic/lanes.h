@@ -17,12 +17,11 @@ inline Lanes load_lanes(const double* values)
     return Lanes(values, std::experimental::element_aligned);
 }
 
-/// value(element) of every lane's element.
-template <class Element, class Value>
-Lanes gather_lanes(const std::array<const Element*, num_lanes>& elements, const Value& value)
+/// value(item) of every lane's item.
+template <class Item, class Value>
+Lanes gather_lanes(const std::array<Item, num_lanes>& items, const Value& value)
 {
-    const std::array<double, num_lanes> values{value(*elements[0]), value(*elements[1]), value(*elements[2]),
-                                               value(*elements[3])};
+    const std::array<double, num_lanes> values{value(items[0]), value(items[1]), value(items[2]), value(items[3])};
     return load_lanes(values.data());
 }
 

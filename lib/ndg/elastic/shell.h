@@ -28,9 +28,14 @@ Vector12 dihedral_gradient(const Hinge& hinge);
 Matrix12 dihedral_hessian(const Hinge& hinge);
 
 /// What a hinge's bending energy refers to.
+///
+/// weight = k_b l^2 / A with edge length l and A a third of the sum of the two triangles' areas, all at rest (NDG
+/// equation 5). The third is that of Grinspun et al. 2003, section 3: an edge stands for the strip of shell about it
+/// whose width h is a third of the mean height of its two triangles, and the energy is the sum of (change of angle)^2
+/// l / h. With heights 2 area / l, l / h = 3 l^2 / (left area + right area).
 struct HingeRest {
     double angle = 0;
-    double weight = 0;      ///< k_b rest_length^2 / rest_area
+    double weight = 0;      ///< joule
     double left_area = 0;   ///< m^2, of the left triangle
     double right_area = 0;  ///< m^2, of the right triangle
 };

@@ -7,7 +7,6 @@ namespace ndg {
 
 namespace {
 
-using Elements = std::array<const SkinElement*, num_lanes>;
 /// Local vertices of the left and the right triangle.
 constexpr std::array<std::array<std::size_t, 3>, 2> corners{{{0, 1, 2}, {0, 1, 3}}};
 /// Weights of the edge vector x1 - x0 on a triangle's vertices.
@@ -15,23 +14,17 @@ constexpr std::array<double, 3> along{-1, 1, 0};
 
 }  // namespace
 
-SkinLanes::SkinLanes(const Points& positions, const Elements& elements, double stretch_stiffness)
-    : elements_(elements), stretch_stiffness_(stretch_stiffness)
+SkinLanes::SkinLanes(const Points& positions, const ElementBatch<SkinEdgeRest>& batch)
+    : rests_(batch.rests), x_(gather_corners<4>(positions, batch.corners))
 {
-    for (std::size_t a = 0; a < 4; ++a) {
-        for (std::size_t c = 0; c < 3; ++c) {
-            x_[a][c] = gather_lanes(elements, [&](const SkinElement& e) {
-                return positions.data()[3 * e.vertices[a] + static_cast<int>(c)];
-            });
-        }
-    }
     edge_ = x_[1] - x_[0];
     length_ = sqrt(dot(edge_, edge_));
     direction_ = (1.0 / length_) * edge_;
-    rest_length_ = gather_lanes(elements, [](const SkinElement& e) { return e.rest_length; });
-    bend_weight_ = gather_lanes(elements, [](const SkinElement& e) { return e.bend.weight; });
-    const Lanes left_area = gather_lanes(elements, [](const SkinElement& e) { return e.bend.left_area; });
-    const Lanes right_area = gather_lanes(elements, [](const SkinElement& e) { return e.bend.right_area; });
+    rest_length_ = gather_lanes(rests_, [](const Rest* rest) { return rest->length; });
+    stretch_stiffness_ = gather_lanes(rests_, [](const Rest* rest) { return rest->stretch_stiffness; });
+    bend_weight_ = gather_lanes(rests_, [](const Rest* rest) { return rest->bend.weight; });
+    const Lanes left_area = gather_lanes(rests_, [](const Rest* rest) { return rest->bend.left_area; });
+    const Lanes right_area = gather_lanes(rests_, [](const Rest* rest) { return rest->bend.right_area; });
     left_ = make_wing(x_[2] - x_[0], 1, left_area);
     right_ = make_wing(x_[3] - x_[0], -1, right_area);
     // As dihedral_angle().
@@ -42,7 +35,7 @@ SkinLanes::SkinLanes(const Points& positions, const Elements& elements, double s
     for (std::size_t i = 0; i < num_lanes; ++i) {
         if (fading_[i]) continue;
         const double angle = std::atan2(sine[i], cosine[i]);
-        const double difference = (angle > -pi ? angle : pi) - elements[i]->bend.angle;
+        const double difference = (angle > -pi ? angle : pi) - rests_[i]->bend.angle;
         difference_[i] = difference - 2 * pi * std::ceil((difference - pi) / (2 * pi));
     }
 }
@@ -78,14 +71,9 @@ Lanes SkinLanes::energy() const
     const Lanes strain = length_ / rest_length_ - 1.0;
     Lanes bend = 0.5 * bend_weight_ * difference_ * difference_;
     for (std::size_t i = 0; any_fading_ && i < num_lanes; ++i) {
-        if (fading_[i]) bend[i] = bend_energy(hinge(i), elements_[i]->bend);
+        if (fading_[i]) bend[i] = bend_energy(hinge(i), rests_[i]->bend);
     }
     return 0.5 * stretch_stiffness_ * strain * strain + bend;
-}
-
-Lanes3 SkinLanes::pull() const
-{
-    return (stretch_stiffness_ * (length_ - rest_length_) / (length_ * rest_length_ * rest_length_)) * edge_;
 }
 
 std::array<Lanes3, 4> SkinLanes::angle_gradient() const
@@ -95,15 +83,22 @@ std::array<Lanes3, 4> SkinLanes::angle_gradient() const
             Lanes(-1.0) * right_.slope};
 }
 
-void SkinLanes::bend_forces(LaneVector<12>& forces) const
+std::tuple<LaneVector<6>, LaneVector<12>> SkinLanes::forces() const
 {
+    std::tuple<LaneVector<6>, LaneVector<12>> result;
+    auto& [stretch, bend] = result;
     const std::array<Lanes3, 4> angle = angle_gradient();
-    for (std::size_t a = 0; a < 4; ++a) forces.set3(a, (bend_weight_ * difference_) * angle[a]);
+    for (std::size_t a = 0; a < 4; ++a) bend.set3(a, (bend_weight_ * difference_) * angle[a]);
     for (std::size_t i = 0; any_fading_ && i < num_lanes; ++i) {
         if (!fading_[i]) continue;
-        const Vector12 gradient = bend_gradient(hinge(i), elements_[i]->bend);
-        for (int k = 0; k < 12; ++k) forces.values[num_lanes * static_cast<std::size_t>(k) + i] = gradient(k);
+        const Vector12 gradient = bend_gradient(hinge(i), rests_[i]->bend);
+        for (int k = 0; k < 12; ++k) bend.values[num_lanes * k + i] = gradient(k);
     }
+    const Lanes3 pull =
+        (stretch_stiffness_ * (length_ - rest_length_) / (length_ * rest_length_ * rest_length_)) * edge_;
+    stretch.set3(0, Lanes(-1.0) * pull);
+    stretch.set3(1, pull);
+    return result;
 }
 
 // The angle's Hessian is a sum over both wings, each of unit normal m, direction out b, height h and vertex weights a,
@@ -138,7 +133,7 @@ Lanes SkinLanes::stability() const
     const Lanes squared = across + 4.0 * squared_gradient / (length_ * length_);
     Lanes stability = -abs(difference_) * sqrt(squared) / squared_gradient;
     for (std::size_t i = 0; any_fading_ && i < num_lanes; ++i) {
-        if (fading_[i]) stability[i] = bend_stability(hinge(i), elements_[i]->bend);
+        if (fading_[i]) stability[i] = bend_stability(hinge(i), rests_[i]->bend);
     }
     return stability;
 }
@@ -177,7 +172,7 @@ void SkinLanes::replace_fading(HingeBlocks& blocks, const Replace& replace) cons
 {
     for (std::size_t i = 0; any_fading_ && i < num_lanes; ++i) {
         if (!fading_[i]) continue;
-        blocks.set_lane(i, replace(hinge(i), elements_[i]->bend));
+        blocks.set_lane(i, replace(hinge(i), rests_[i]->bend));
     }
 }
 

@@ -1,36 +1,49 @@
 // SPDX-License-Identifier: Apache-2.0
-// The skin energies of four edges at a time: the formulas of shell.h in closed form.
+// The skin energies of four edges at a time, a kernel (lane_term.h): the formulas of shell.h in closed form.
 #pragma once
 
-#include "ndg/elastic/elastic_model.h"
-#include "ndg/elastic/lanes.h"
+#include "ndg/elastic/element_batches.h"
+#include "ndg/elastic/element_sums.h"
+#include "ndg/elastic/shell.h"
 
 #include <array>
+#include <tuple>
 
 namespace ndg {
 
 using HingeBlocks = LaneBlocks<4>;
 
+/// What an edge of the skin is at rest; its corners are those of a hinge.
+struct SkinEdgeRest {
+    double length = 0;             ///< m
+    double stretch_stiffness = 0;  ///< k_s, joule
+    HingeRest bend;
+};
+
 class SkinLanes {
 public:
-    /// The same element may be given more than once.
-    SkinLanes(const Points& positions, const std::array<const SkinElement*, num_lanes>& elements,
-              double stretch_stiffness);
+    static constexpr int num_corners = 4;
+    using Rest = SkinEdgeRest;
+
+    SkinLanes(const Points& positions, const ElementBatch<SkinEdgeRest>& batch);
 
     /// Joule, stretching and bending.
     Lanes energy() const;
-    /// d energy / d vertices of bending, N, 12 rows; that of stretching is pull() on the edge's end, minus it on its
-    /// start.
-    void bend_forces(LaneVector<12>& forces) const;
-    Lanes3 pull() const;
+    /// d energy / d corners, N: of stretching on the edge's two ends, and of bending.
+    std::tuple<LaneVector<6>, LaneVector<12>> forces() const;
     /// bend_stability().
     Lanes stability() const;
-    /// d^2 energy / d vertices^2.
+    /// d^2 energy / d corners^2.
     void hessian(HingeBlocks& blocks) const;
     /// Bending and stretching each with negative eigenvalues set to zero.
     void projected_hessian(HingeBlocks& blocks) const;
     /// The share of the angle's own stiffness alone; stretching with negative eigenvalues set to zero.
     void gauss_newton_hessian(HingeBlocks& blocks) const;
+    void semidefinite_hessian(HessianKind kind, HingeBlocks& blocks) const
+    {
+        if (kind == HessianKind::gauss_newton) return gauss_newton_hessian(blocks);
+        projected_hessian(blocks);
+    }
 
 private:
     struct Wing {
@@ -48,11 +61,10 @@ private:
     void replace_fading(HingeBlocks& blocks, const Replace& replace) const;
     Hinge hinge(std::size_t lane) const;
 
-    std::array<const SkinElement*, num_lanes> elements_;
-    double stretch_stiffness_;
+    std::array<const SkinEdgeRest*, num_lanes> rests_;
     std::array<Lanes3, 4> x_;
     Lanes3 edge_, direction_;
-    Lanes length_, rest_length_, bend_weight_;
+    Lanes length_, rest_length_, stretch_stiffness_, bend_weight_;
     std::array<bool, num_lanes> fading_{};  ///< a wing fades: left to shell.h
     bool any_fading_ = false;
     Wing left_, right_;

@@ -29,18 +29,17 @@ std::size_t index(int i)
 
 }  // namespace
 
-LocalRelaxation::LocalRelaxation(const ElasticSystem& system) : system_(system), neighbours_(system.vertices().size())
+LocalRelaxation::LocalRelaxation(const Objective& objective)
+    : objective_(objective), neighbours_(objective.vertices().size())
 {
-    const std::vector<int>& vertices = system.vertices();
-    std::vector<int> unknown_of(index(system.model().num_vertices()), -1);
+    const std::vector<int>& vertices = objective.vertices();
+    std::vector<int> unknown_of(index(objective.body().num_vertices()), -1);
     for (std::size_t i = 0; i < vertices.size(); ++i) unknown_of[index(vertices[i])] = static_cast<int>(i);
-    for (const FleshElement& element : system.model().flesh()) {
-        for (const int a : element.vertices) {
-            for (const int b : element.vertices) {
-                const int row = unknown_of[index(a)], other = unknown_of[index(b)];
-                if (row >= 0 && other >= 0 && a != b) neighbours_[index(row)].push_back(other);
-            }
-        }
+    for (const auto& term : objective.body().terms()) {
+        term->stencils().for_adjacent([&](int a, int b) {
+            const int row = unknown_of[a], other = unknown_of[b];
+            if (row >= 0 && other >= 0) neighbours_[row].push_back(other);
+        });
     }
     for (std::vector<int>& list : neighbours_) {
         std::sort(list.begin(), list.end());
@@ -118,13 +117,13 @@ bool LocalRelaxation::relax(Points& positions, const Eigen::VectorXd& gradient)
         int iterations = 0;
         const std::vector<std::vector<int>> patches = find_patches(remaining, first_rings + round);
         for (std::vector<int> patch : patches) {
-            for (int& v : patch) v = system_.vertices()[index(v)];
-            const ElasticSystem part(system_.model(), std::move(patch));
+            for (int& v : patch) v = objective_.vertices()[index(v)];
+            const Objective part(objective_.body(), std::move(patch));
             iterations += NewtonSolver(part).minimise(positions, options).iterations;
         }
         if (iterations == 0) break;
         moved = true;
-        system_.gradient(positions, remaining, absolute);
+        objective_.gradient(positions, remaining, absolute);
         log_debug("{} patches, {} iterations: force {:.3e} N -> {:.3e} N", patches.size(), iterations, force,
                   remaining.norm());
         if (remaining.norm() > least_progress * force) break;

@@ -12,20 +12,20 @@ namespace ndg {
 
 class LocalRelaxation {
 public:
-    /// Keeps a reference to the whole body's `system`.
-    explicit LocalRelaxation(const ElasticSystem& system);
+    /// Keeps a reference to the whole body's `objective`.
+    explicit LocalRelaxation(const Objective& objective);
 
     /// Moves the vertices of patches around those with most of the force and lowers the energy of each; false, and
     /// nothing has moved, where the forces are spread widely. `gradient`: at `positions`.
     bool relax(Points& positions, const Eigen::VectorXd& gradient);
 
 private:
-    /// Connected patches of unknown vertices, each `rings` rings of prisms about vertices that hold most of the force;
+    /// Connected patches of unknown vertices, each `rings` rings of cells about vertices that hold most of the force;
     /// none where these are many.
     std::vector<std::vector<int>> find_patches(const Eigen::VectorXd& gradient, int rings) const;
 
-    const ElasticSystem& system_;
-    std::vector<std::vector<int>> neighbours_;  ///< per unknown vertex: the other unknown ones of its prisms
+    const Objective& objective_;
+    std::vector<std::vector<int>> neighbours_;  ///< per unknown vertex: the other unknown ones of its cells
 };
 
 }  // namespace ndg

@@ -59,7 +59,7 @@ std::string describe(NewtonStop stop)
 
 void NewtonSolver::place(Points& positions, double step) const
 {
-    const std::vector<int>& vertices = system_.vertices();
+    const std::vector<int>& vertices = objective_.vertices();
     for (std::size_t i = 0; i < vertices.size(); ++i) {
         const auto row = static_cast<Eigen::Index>(i);
         positions.row(vertices[i]) = start_.row(row) + step * move_.segment<3>(3 * row).transpose();
@@ -68,7 +68,7 @@ void NewtonSolver::place(Points& positions, double step) const
 
 double NewtonSolver::search(Points& positions, double energy)
 {
-    const std::vector<int>& vertices = system_.vertices();
+    const std::vector<int>& vertices = objective_.vertices();
     start_.resize(static_cast<Eigen::Index>(vertices.size()), 3);
     for (std::size_t i = 0; i < vertices.size(); ++i) {
         start_.row(static_cast<Eigen::Index>(i)) = positions.row(vertices[i]);
@@ -76,7 +76,7 @@ double NewtonSolver::search(Points& positions, double energy)
     const double slope = gradient_.dot(move_);
     const auto try_step = [&](double step, double bound) {
         place(positions, step);
-        energy_ = system_.energy(positions);
+        energy_ = objective_.energy(positions);
         return std::isfinite(energy_) && energy_ < bound && energy_ <= energy + armijo_share * step * slope;
     };
     // Where the step lowers the energy by less than its rounding, the slope at its end tells what the energy cannot
@@ -84,7 +84,7 @@ double NewtonSolver::search(Points& positions, double energy)
     const double rounding = energy_rounding(energy, system_, positions, absolute_);
     if (-slope < rounding) {
         try_step(1, energy);
-        system_.gradient(positions, trial_gradient_, absolute_);
+        objective_.gradient(positions, trial_gradient_, absolute_);
         if (std::isfinite(energy_) && energy_ <= energy + rounding &&
             trial_gradient_.dot(move_) <= (2 * armijo_share - 1) * slope && trial_gradient_.norm() < gradient_.norm()) {
             return 1;
@@ -117,7 +117,7 @@ NewtonResult NewtonSolver::minimise(Points& positions, const NewtonOptions& opti
     double evaluation_seconds = 0, relaxation_seconds = 0;
     const auto evaluate_gradient = [&] {
         const Stopwatch stopwatch(evaluation_seconds);
-        system_.gradient(positions, gradient_, absolute_);
+        objective_.gradient(positions, gradient_, absolute_);
         result.residual_newton = gradient_.norm();
         const double total_force = absolute_.norm();
         result.residual_relative = total_force > 0 ? result.residual_newton / total_force : 0;
@@ -138,13 +138,13 @@ NewtonResult NewtonSolver::minimise(Points& positions, const NewtonOptions& opti
         return result;
     };
 
-    result.energy_joule = result.start_energy_joule = system_.energy(positions);
+    result.energy_joule = result.start_energy_joule = objective_.energy(positions);
     if (!std::isfinite(result.energy_joule)) return finish(NewtonStop::not_finite);
     while (true) {
         if (evaluate_gradient()) return finish(NewtonStop::converged);
         if (result.iterations >= options.max_iterations) return finish(NewtonStop::iteration_limit);
         if (relaxed()) {
-            result.energy_joule = system_.energy(positions);
+            result.energy_joule = objective_.energy(positions);
             if (evaluate_gradient()) return finish(NewtonStop::converged);
         }
         const int factorizations = direction_.factorizations(), cg_iterations = direction_.cg_iterations();

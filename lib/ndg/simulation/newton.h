@@ -12,7 +12,7 @@ namespace ndg {
 
 struct NewtonOptions {
     /// Converged when |g| <= relative_tolerance * |f|: g the out-of-balance force on the unknown vertices, f the vector
-    /// of summed absolute element forces (ElasticSystem::gradient).
+    /// of summed absolute element forces (Objective::gradient).
     double relative_tolerance = 1e-5;
     /// Or when |g| is at most this, in newton: where there are hardly any forces at all, as at rest.
     double absolute_tolerance_newton = 1e-6;
@@ -52,11 +52,11 @@ struct NewtonResult {
 /// vertices, and then returns true.
 using Relaxation = std::function<bool(Points& positions, const Eigen::VectorXd& gradient)>;
 
-/// Matrix, factor and vectors for one system, reused from one body and pose to the next. One object per thread.
+/// Matrix, factor and vectors for one objective, reused from one body and pose to the next. One object per thread.
 class NewtonSolver {
 public:
-    /// Keeps a reference to `system`.
-    explicit NewtonSolver(const ElasticSystem& system) : system_(system), direction_(system) {}
+    /// Keeps a reference to `objective`.
+    explicit NewtonSolver(const Objective& objective) : objective_(objective), direction_(objective) {}
 
     /// Moves the unknown vertices of `positions` (N_v x 3) to equilibrium; the others stay. The energy falls with every
     /// iteration: no step is taken that does not lower it enough (Armijo) or that leads to a non-finite energy. Steps
@@ -70,7 +70,7 @@ private:
     /// start_ + step * move_ in the rows of the unknown vertices.
     void place(Points& positions, double step) const;
 
-    const ElasticSystem& system_;
+    const Objective& objective_;
     NewtonDirection direction_;
     Eigen::VectorXd gradient_, absolute_, move_, trial_gradient_;
     Points start_;  ///< of the unknown vertices

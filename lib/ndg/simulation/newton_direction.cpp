@@ -29,7 +29,8 @@ constexpr double least_step = 0.5;  ///< after a shorter one the factor is made 
 
 }  // namespace
 
-NewtonDirection::NewtonDirection(const ElasticSystem& system) : system_(system), hessian_(system.hessian_pattern())
+NewtonDirection::NewtonDirection(const Objective& objective)
+    : objective_(objective), hessian_(objective.hessian_pattern())
 {
     cholesky_.analyze(hessian_);
 }
@@ -75,7 +76,7 @@ bool NewtonDirection::find(const Points& positions, const Eigen::VectorXd& gradi
 void NewtonDirection::assemble(const Points& positions, HessianKind kind)
 {
     const Stopwatch stopwatch(seconds_.assembly);
-    system_.hessian(positions, kind, hessian_);
+    objective_.hessian(positions, kind, hessian_);
 }
 
 bool NewtonDirection::factorize()

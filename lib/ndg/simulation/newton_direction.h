@@ -2,7 +2,7 @@
 // Where Newton's method goes from a state: the linear system, its factor, and when an earlier factor is good enough.
 #pragma once
 
-#include "ndg/elastic/elastic_system.h"
+#include "ndg/elastic/objective.h"
 #include "ndg/solver/single_cholesky.h"
 
 namespace ndg {
@@ -16,7 +16,7 @@ struct NewtonTimes {
     double relaxation = 0;     ///< patches: all of the above in them, and their analysis
 };
 
-/// Directions for one system, from one body and pose to the next; matrix and factor are kept. One object per thread.
+/// Directions for one objective, from one body and pose to the next; matrix and factor are kept. One object per thread.
 ///
 /// Far from equilibrium every element's Hessian is projected (Teran et al. 2005). Nearer by only the worst elements
 /// are, and near the minimum none, where that is definite. There the last factor also serves as preconditioner of a few
@@ -24,8 +24,8 @@ struct NewtonTimes {
 /// negative curvature, is a direction of descent too (Dembo and Steihaug 1983).
 class NewtonDirection {
 public:
-    /// Keeps a reference to `system`.
-    explicit NewtonDirection(const ElasticSystem& system);
+    /// Keeps a reference to `objective`.
+    explicit NewtonDirection(const Objective& objective);
 
     /// Forgets what was learned on the last body and pose.
     void start();
@@ -47,7 +47,7 @@ private:
     bool factorize_definite(const Points& positions, bool far);
     bool precondition(const Points& positions, const Eigen::VectorXd& gradient, Eigen::VectorXd& direction);
 
-    const ElasticSystem& system_;
+    const Objective& objective_;
     Eigen::SparseMatrix<double> hessian_;
     SingleCholesky cholesky_;
     std::size_t level_ = 0;     ///< where factorize_definite starts

@@ -35,20 +35,21 @@ Pose scale_pose(const Pose& pose, double share)
 Simulator::Simulator(const Template& body_template, const SimulationOptions& options)
     : poser_(body_template),
       options_((options.check(), options)),
-      model_(body_template, options.material),
-      system_(model_),
+      prisms_(body_template.prisms),
+      elastic_(layered_body(body_template, options.material)),
+      objective_(elastic_),
       poisson_(body_template.prisms, body_template.num_wrap_vertices(), body_template.rest.volume_vertices),
-      newton_(system_),
-      relaxation_(system_)
+      newton_(objective_),
+      relaxation_(objective_)
 {
 }
 
 void Simulator::set_body(const Body& body)
 {
     body_ = nullptr;
-    model_.set_rest(body.volume_vertices);
+    elastic_.set_rest(body.volume_vertices);
     poisson_.set_rest(body.volume_vertices);
-    gradient_operator_ = gradient_operator(body.volume_vertices, model_.prisms());
+    gradient_operator_ = gradient_operator(body.volume_vertices, prisms_);
     body_ = &body;
 }
 
@@ -111,7 +112,7 @@ SimulationResult Simulator::simulate(const Pose& pose)
             result.newton.factorizations = second.factorizations;
         }
     }
-    result.inverted_prisms = static_cast<int>((prism_volumes(result.vertices, model_.prisms()).array() < 0).count());
+    result.inverted_prisms = static_cast<int>((prism_volumes(result.vertices, prisms_).array() < 0).count());
     return result;
 }
 

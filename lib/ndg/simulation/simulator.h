@@ -4,6 +4,7 @@
 
 #include "ndg/deform/poisson.h"
 #include "ndg/deform/posed_body.h"
+#include "ndg/elastic/layered_body.h"
 #include "ndg/simulation/local_relaxation.h"
 #include "ndg/simulation/newton.h"
 
@@ -46,7 +47,7 @@ public:
     /// Gradient skinning, where Newton's method starts; N_v x 3.
     Points start(const Pose& pose) const;
 
-    const ElasticSystem& system() const { return system_; }
+    const Objective& objective() const { return objective_; }
 
 private:
     NewtonResult minimise(Points& vertices, const NewtonOptions& options);
@@ -54,8 +55,9 @@ private:
 
     BodyPoser poser_;
     SimulationOptions options_;
-    ElasticModel model_;
-    ElasticSystem system_;
+    const Prisms& prisms_;
+    ElasticBody elastic_;
+    Objective objective_;
     PoissonReconstruction poisson_;
     NewtonSolver newton_;
     LocalRelaxation relaxation_;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "ndg/elastic/flesh_lanes.h"
+#include "ndg/elastic/neo_hookean_lanes.h"
 
 #include "ndg/elastic/neo_hookean.h"
 
@@ -9,33 +9,17 @@ namespace ndg {
 
 namespace {
 
-using Elements = std::array<const FleshElement*, num_lanes>;
-
 /// Second singular values below this share of the first leave the singular vectors to the general solver.
 constexpr double line_share = 1e-5;
 
 }  // namespace
 
-FleshLanes::FleshLanes(const Points& positions, const Elements& elements) : elements_(elements)
+NeoHookeanLanes::NeoHookeanLanes(const std::array<Lanes3, 3>& f, const std::array<const Lame*, num_lanes>& materials,
+                                 const Lanes& weight)
+    : f_(f), weight_(weight)
 {
-    for (std::size_t a = 0; a < 6; ++a) {
-        for (std::size_t c = 0; c < 3; ++c) {
-            x_[a][c] = gather_lanes(elements, [&](const FleshElement& e) {
-                return positions.data()[3 * e.vertices[a] + static_cast<int>(c)];
-            });
-            g_[a][c] = gather_lanes(elements, [&](const FleshElement& e) { return e.gradient.data()[3 * a + c]; });
-        }
-    }
-    weight_ = gather_lanes(elements, [](const FleshElement& e) { return e.weight; });
-    mu_ = gather_lanes(elements, [](const FleshElement& e) { return e.lame.mu; });
-    lambda_ = gather_lanes(elements, [](const FleshElement& e) { return e.lame.lambda; });
-    rest_volume_ = gather_lanes(elements, [](const FleshElement& e) { return e.rest_volume; });
-    // The columns of G sum to zero; differences keep the digits that a body's distance from the origin costs.
-    const std::array<Lanes3, 5> arms{x_[0] - x_[5], x_[1] - x_[5], x_[2] - x_[5], x_[3] - x_[5], x_[4] - x_[5]};
-    for (std::size_t j = 0; j < 3; ++j) {
-        f_[j] = g_[0][j] * arms[0];
-        for (std::size_t a = 1; a < 5; ++a) f_[j] = f_[j] + g_[a][j] * arms[a];
-    }
+    mu_ = gather_lanes(materials, [](const Lame* lame) { return lame->mu; });
+    lambda_ = gather_lanes(materials, [](const Lame* lame) { return lame->lambda; });
     cofactor_ = {cross(f_[1], f_[2]), cross(f_[2], f_[0]), cross(f_[0], f_[1])};
     // det F - 1 and mu/2 (|F|^2 - 3) - mu (det F - 1) by the invariants of H = F - I: in small strains nothing cancels.
     std::array<Lanes3, 3> h = f_;
@@ -48,31 +32,19 @@ FleshLanes::FleshLanes(const Points& positions, const Elements& elements) : elem
     pressure_ = lambda_ * dilation_ - mu_;
 }
 
-Lanes FleshLanes::energy() const
+Lanes NeoHookeanLanes::energy() const
 {
     return weight_ * (mu_ * distortion_ + 0.5 * lambda_ * dilation_ * dilation_);
 }
 
-void FleshLanes::forces(LaneVector<18>& forces) const
+std::array<Lanes3, 3> NeoHookeanLanes::stress() const
 {
     std::array<Lanes3, 3> stress;
     for (std::size_t j = 0; j < 3; ++j) stress[j] = weight_ * (mu_ * f_[j] + pressure_ * cofactor_[j]);
-    for (std::size_t a = 0; a < 6; ++a) {
-        forces.set3(a, g_[a][0] * stress[0] + g_[a][1] * stress[1] + g_[a][2] * stress[2]);
-    }
+    return stress;
 }
 
-Lanes FleshLanes::volume_shares() const
-{
-    // x = xi outer + (1 - xi) inner: d alpha x d beta is quadratic in xi, with means 1/3 and 1/6 of xi^2, xi (1 - xi).
-    const Lanes3 outer0 = x_[0] - x_[2], outer1 = x_[1] - x_[2], inner0 = x_[3] - x_[5], inner1 = x_[4] - x_[5];
-    const Lanes3 up = (x_[0] + x_[1] + x_[2]) - (x_[3] + x_[4] + x_[5]);
-    const Lanes3 area =
-        Lanes(2.0) * (cross(outer0, outer1) + cross(inner0, inner1)) + cross(outer0, inner1) + cross(inner0, outer1);
-    return dot(area, up) / (36.0 * rest_volume_);
-}
-
-Lanes FleshLanes::stability() const
+Lanes NeoHookeanLanes::stability() const
 {
     // Largest eigenvalue of F^T F: q + 2 p cos(acos(r) / 3) with mean q, deviator of norm p sqrt 6 (Smith 1961).
     const Lanes c00 = dot(f_[0], f_[0]), c11 = dot(f_[1], f_[1]), c22 = dot(f_[2], f_[2]);
@@ -90,24 +62,25 @@ Lanes FleshLanes::stability() const
     return 1.0 - abs(pressure_) * sqrt(largest) / mu_;
 }
 
-void FleshLanes::hessian(PrismBlocks& blocks) const
+template <std::size_t Corners>
+void NeoHookeanLanes::hessian(const std::array<Lanes3, Corners>& g, LaneBlocks<Corners>& blocks) const
 {
-    // B^T H B, where B takes the prism's 18 coordinates to F: w (mu (g_a . g_b) I + lambda c_a c_b^T -
+    // B^T H B, where B takes the corners' coordinates to F: w (mu (g_a . g_b) I + lambda c_a c_b^T -
     // p [F (g_a x g_b)]), c_a = cof(F) g_a the gradient of det F, p = lambda (det F - 1) - mu, [.] the cross product
     // matrix.
-    std::array<Lanes3, 6> volume;
-    for (std::size_t a = 0; a < 6; ++a) {
-        volume[a] = g_[a][0] * cofactor_[0] + g_[a][1] * cofactor_[1] + g_[a][2] * cofactor_[2];
+    std::array<Lanes3, Corners> volume;
+    for (std::size_t a = 0; a < Corners; ++a) {
+        volume[a] = g[a][0] * cofactor_[0] + g[a][1] * cofactor_[1] + g[a][2] * cofactor_[2];
     }
     const Lanes stretch = weight_ * lambda_, twist = weight_ * pressure_, shear = weight_ * mu_;
     const std::array<Lanes3, 3> twisted{twist * f_[0], twist * f_[1], twist * f_[2]};
-    for (std::size_t a = 0; a < 6; ++a) {
+    for (std::size_t a = 0; a < Corners; ++a) {
         const Lanes3 scaled = stretch * volume[a];
         for (std::size_t b = 0; b <= a; ++b) {
-            const std::size_t k = PrismBlocks::at(a, b);
-            const Lanes3 normal = cross(g_[a], g_[b]);
+            const std::size_t k = LaneBlocks<Corners>::at(a, b);
+            const Lanes3 normal = cross(g[a], g[b]);
             const Lanes3 v = normal[0] * twisted[0] + normal[1] * twisted[1] + normal[2] * twisted[2];
-            const Lanes diagonal = shear * dot(g_[a], g_[b]);
+            const Lanes diagonal = shear * dot(g[a], g[b]);
             for (std::size_t i = 0; i < 3; ++i) {
                 const std::size_t next = (i + 1) % 3, last = (i + 2) % 3;
                 blocks.set(k + 4 * i, scaled[i] * volume[b][i] + diagonal);
@@ -118,9 +91,10 @@ void FleshLanes::hessian(PrismBlocks& blocks) const
     }
 }
 
-void FleshLanes::projected_hessian(PrismBlocks& blocks) const
+template <std::size_t Corners>
+void NeoHookeanLanes::projected_hessian(const std::array<Lanes3, Corners>& g, LaneBlocks<Corners>& blocks) const
 {
-    hessian(blocks);
+    hessian(g, blocks);
     // F V = U S with V, and then U, a rotation: the last singular value has the sign of det F.
     std::array<std::array<Lanes, 3>, 3> w{f_[0].c, f_[1].c, f_[2].c};
     std::array<Lanes3, 3> v{};
@@ -150,29 +124,31 @@ void FleshLanes::projected_hessian(PrismBlocks& blocks) const
     u[0] = (1.0 / s0) * u[0];
     u[1] = (1.0 / s1) * u[1];
     u[2] = cross(u[0], u[1]);
-    remove_negative(blocks, u, v, {{s0, s1, dot(u[2], third)}});
+    remove_negative(g, blocks, u, v, {{s0, s1, dot(u[2], third)}});
     if (!any_of(line)) return;
     for (std::size_t i = 0; i < num_lanes; ++i) {
-        if (line[i]) replace_lane(blocks, i);
+        if (line[i]) replace_lane(g, blocks, i);
     }
 }
 
-void FleshLanes::remove_negative(PrismBlocks& blocks, const std::array<Lanes3, 3>& u, const std::array<Lanes3, 3>& v,
-                                 const Lanes3& s) const
+template <std::size_t Corners>
+void NeoHookeanLanes::remove_negative(const std::array<Lanes3, Corners>& g, LaneBlocks<Corners>& blocks,
+                                      const std::array<Lanes3, 3>& u, const std::array<Lanes3, 3>& v,
+                                      const Lanes3& s) const
 {
-    std::array<std::array<Lanes, 6>, 3> turned;  // V^T G
+    std::array<std::array<Lanes, Corners>, 3> turned;  // V^T G
     for (std::size_t i = 0; i < 3; ++i) {
-        for (std::size_t a = 0; a < 6; ++a) turned[i][a] = dot(v[i], g_[a]);
+        for (std::size_t a = 0; a < Corners; ++a) turned[i][a] = dot(v[i], g[a]);
     }
     // Twist and flip modes (u_j v_i^T -+ u_i v_j^T) / sqrt 2 with eigenvalues mu +- p s_k.
-    std::array<Lanes3, 6> mode, scaled;
+    std::array<Lanes3, Corners> mode, scaled;
     for (std::size_t k = 0; k < 3; ++k) {
         const std::size_t i = (k + 1) % 3, j = (k + 2) % 3;
         for (const double sign : {1.0, -1.0}) {
             const Lanes value = mu_ + sign * pressure_ * s[k];
             if (all_of(value >= 0.0)) continue;
             const Lanes excess = -0.5 * weight_ * min(value, Lanes(0.0));
-            for (std::size_t a = 0; a < 6; ++a) {
+            for (std::size_t a = 0; a < Corners; ++a) {
                 mode[a] = turned[i][a] * u[j] - sign * turned[j][a] * u[i];
                 scaled[a] = excess * mode[a];
             }
@@ -205,7 +181,7 @@ void FleshLanes::remove_negative(PrismBlocks& blocks, const std::array<Lanes3, 3
         }
     }
     for (std::size_t i = 0; i < 3; ++i) {
-        for (std::size_t a = 0; a < 6; ++a) {
+        for (std::size_t a = 0; a < Corners; ++a) {
             mode[a] = turned[i][a] * u[i];
             scaled[a] = Lanes3{};
             for (std::size_t j = 0; j < 3; ++j) {
@@ -218,22 +194,28 @@ void FleshLanes::remove_negative(PrismBlocks& blocks, const std::array<Lanes3, 3
     }
 }
 
-void FleshLanes::replace_lane(PrismBlocks& blocks, std::size_t lane) const
+template <std::size_t Corners>
+void NeoHookeanLanes::replace_lane(const std::array<Lanes3, Corners>& g, LaneBlocks<Corners>& blocks,
+                                   std::size_t lane) const
 {
-    const FleshElement& element = *elements_[lane];
     Eigen::Matrix3d f;
     for (std::size_t j = 0; j < 3; ++j) {
-        for (std::size_t i = 0; i < 3; ++i) f(static_cast<int>(i), static_cast<int>(j)) = f_[j][i][lane];
+        for (std::size_t i = 0; i < 3; ++i) f(i, j) = f_[j][i][lane];
     }
-    const Matrix9 modes = std::sqrt(element.weight) * neo_hookean_projected_modes(f, element.lame);
-    Eigen::Matrix<double, 18, 9> rows;
-    for (int a = 0; a < 6; ++a) {
-        rows.middleRows<3>(3 * a) = element.gradient(0, a) * modes.topRows<3>() +
-                                    element.gradient(1, a) * modes.middleRows<3>(3) +
-                                    element.gradient(2, a) * modes.bottomRows<3>();
+    const Matrix9 modes = std::sqrt(double(weight_[lane])) * neo_hookean_projected_modes(f, {mu_[lane], lambda_[lane]});
+    Eigen::Matrix<double, 3 * Corners, 9> rows;
+    for (std::size_t a = 0; a < Corners; ++a) {
+        rows.template middleRows<3>(3 * a) = double(g[a][0][lane]) * modes.topRows<3>() +
+                                             double(g[a][1][lane]) * modes.middleRows<3>(3) +
+                                             double(g[a][2][lane]) * modes.bottomRows<3>();
     }
-    const Eigen::Matrix<double, 18, 18> full = rows.lazyProduct(rows.transpose());
+    const Eigen::Matrix<double, 3 * Corners, 3 * Corners> full = rows.lazyProduct(rows.transpose());
     blocks.set_lane(lane, full);
 }
+
+template void NeoHookeanLanes::hessian(const std::array<Lanes3, 4>&, LaneBlocks<4>&) const;
+template void NeoHookeanLanes::hessian(const std::array<Lanes3, 6>&, LaneBlocks<6>&) const;
+template void NeoHookeanLanes::projected_hessian(const std::array<Lanes3, 4>&, LaneBlocks<4>&) const;
+template void NeoHookeanLanes::projected_hessian(const std::array<Lanes3, 6>&, LaneBlocks<6>&) const;
 
 }  // namespace ndg
