@@ -6,7 +6,7 @@
 #include "ndg/body/template.h"
 #include "ndg/core/provenance.h"
 #include "ndg/deform/residuals.h"
-#include "ndg/neural/features.h"
+#include "ndg/neural/input_space.h"
 #include "ndg/neural/options.h"
 
 #include <cstdint>

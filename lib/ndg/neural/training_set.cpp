@@ -4,7 +4,7 @@
 #include "ndg/core/error.h"
 #include "ndg/core/hash.h"
 #include "ndg/geometry/prism.h"
-#include "ndg/neural/features.h"
+#include "ndg/neural/input_space.h"
 
 #include <exception>
 #include <map>

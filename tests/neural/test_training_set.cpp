@@ -4,7 +4,7 @@
 
 #include "ndg/core/error.h"
 #include "ndg/deform/residuals.h"
-#include "ndg/neural/features.h"
+#include "ndg/neural/input_space.h"
 #include "ndg/neural/matrix_exponential.h"
 #include "ndg/neural/output_basis.h"
 #include "synthetic.h"
