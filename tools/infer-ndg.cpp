@@ -44,7 +44,7 @@ int main(int argc, char** argv)
         const Device device = parse_device(device_name);
         const Template body_template = read_template(template_path);
         const std::string template_sha256 = sha256_path(template_path);
-        const NdgModel model = NdgModel::load(model_path, body_template, template_sha256, device);
+        const NeuralModel model = NeuralModel::load(model_path, body_template, template_sha256, device);
         const BodySet bodies = read_bodies(bodies_path, body_template);
         require_input(bodies.template_sha256 == template_sha256,
                       "{}: the bodies were made with another template than {}", bodies_path, template_path);
@@ -74,11 +74,16 @@ int main(int argc, char** argv)
             std::vector<PoseInput> inputs;
             for (std::size_t i = begin; i < end; ++i) {
                 const auto [found, is_new] = codes.try_emplace(pairs[i].body_idx);
-                if (is_new) found->second = model.encode(bodies.bodies[static_cast<std::size_t>(pairs[i].body_idx)]);
+                if (is_new)
+                    found->second =
+                        model.input_space().encode(bodies.bodies[static_cast<std::size_t>(pairs[i].body_idx)]);
                 inputs.push_back({found->second, poses.poses[static_cast<std::size_t>(pairs[i].pose_idx)]});
             }
-            const std::vector<GradientsF> gradients = model.predict_gradients(inputs);
-            for (std::size_t i = begin; i < end; ++i) writer.write(static_cast<int>(i), gradients[i - begin].data());
+            const RowMatrixF predictions = model.predict(inputs);
+            for (std::size_t i = 0; i < inputs.size(); ++i)
+                writer.write(
+                    static_cast<int>(begin + i),
+                    model.output_space().gradients(inputs[i].pose, predictions.row(Eigen::Index(i)).data()).data());
             progress.advance(end - begin);
         }
         writer.commit();

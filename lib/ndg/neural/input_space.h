@@ -1,38 +1,52 @@
 // SPDX-License-Identifier: Apache-2.0
-// The network's input (NDG section 4.4) and the rotation its output is relative to (section 4.3).
+// What a network sees: a pose and a body's shape (NDG section 4.4).
 //
 // Deviations from the paper, both exact:
-// - The root's rotation is left out of the input (its nine numbers are those of the identity). Without gravity the
-//   deformation turns with the root, and so does R_p, since quaternion blending commutes with a rotation from the left;
-//   the network would only have to learn to ignore it.
-// - Joints that move no part of the volume (fingers, jaw, eyes) are left out likewise: the simulation cannot see them.
+// - The root's rotation is left out (its nine numbers are those of the identity). Without gravity the deformation turns
+//   with the root, and output spaces do likewise; the network would only have to learn to ignore it.
+// - Joints that move no part of the volume (fingers, jaw, eyes) are left out: the simulation cannot see them.
 #pragma once
 
 #include "ndg/body/shape_space.h"
 #include "ndg/body/template.h"
 
+#include <string>
 #include <vector>
 
 namespace ndg {
 
 /// One row of input: a pose and a body.
 struct PoseInput {
-    Eigen::VectorXd shape_code;  ///< ShapeSpace::encode of the body's volume vertices, d
+    Eigen::VectorXd shape_code;  ///< InputSpace::encode of the body, d
     Pose pose;
 };
 
-/// Joints the input contains: 1 for those that carry, or have a descendant that carries, at least a thousandth of some
-/// volume vertex; 0 for the others and for the root. J entries.
-std::vector<int> visible_joints(const Template& body_template);
+class InputSpace {
+public:
+    /// Without `sees_shape` the shape's numbers are missing. Throws InputError when the shape space is not one of the
+    /// template's volume.
+    InputSpace(const Template& body_template, const ShapeSpace& shape_space, bool sees_shape);
 
-/// 9 J + d numbers: R_j - I row by row for each joint (zero where `visible` is 0), then code / standard deviation.
-/// Without `shape` the second part is missing. Throws InputError for a wrong number of joints or codes.
-Eigen::RowVectorXf network_features(const PoseInput& input, const std::vector<int>& visible,
-                                    const ShapeSpace& shape_space, bool shape);
+    /// 9 J + d, or 9 J.
+    int width() const;
+    int num_volume_vertices() const { return static_cast<int>(shape_space_.mean.size() / 3); }
+    const ShapeSpace& shape_space() const { return shape_space_; }
+    const std::vector<std::string>& joint_names() const { return joint_names_; }
+    /// 1 for the joints that are seen: those that carry, or have a descendant that carries, at least a thousandth of
+    /// some volume vertex; 0 for the others and for the root. J entries.
+    const std::vector<int>& visible_joints() const { return visible_joints_; }
 
-/// R_p of every prism (NDG equation 11); without `rotation`, the root's rotation for every prism, so that the
-/// "no rotation" variant still turns with the root, which its input does not contain.
-std::vector<Eigen::Matrix3d> reference_rotations(const Skeleton& skeleton, const SkinningWeights& prism_weights,
-                                                 const Pose& pose, bool rotation);
+    /// The code of a body's rest shape, for PoseInput; encode once a body.
+    Eigen::VectorXd encode(const Body& body) const { return shape_space_.encode(body.volume_vertices); }
+    /// R_j - I row by row for each joint (zero where it is not seen), then code / standard deviation. Throws InputError
+    /// for a wrong number of joints or codes.
+    Eigen::RowVectorXf features(const PoseInput& input) const;
+
+private:
+    ShapeSpace shape_space_;
+    bool sees_shape_;
+    std::vector<std::string> joint_names_;
+    std::vector<int> visible_joints_;
+};
 
 }  // namespace ndg
