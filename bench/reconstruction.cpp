@@ -42,17 +42,17 @@ int main(int argc, char** argv)
         const Body& body = body_template.rest;
 
         auto start = std::chrono::steady_clock::now();
-        PoissonReconstruction poisson(body_template.prisms, body_template.num_wrap_vertices(), body.volume_vertices);
+        const RestOperators rest(body_template.prisms, body.volume_vertices);
+        PoissonReconstruction poisson(rest, body_template.num_wrap_vertices());
         const double first_seconds = seconds_since(start);
         start = std::chrono::steady_clock::now();
-        poisson.set_rest(body.volume_vertices);
+        poisson.set_rest(RestOperators(body_template.prisms, body.volume_vertices));
         const double set_rest_seconds = seconds_since(start);
 
         const auto world_from_rest = poser.world_from_rest(body, test::tube_pose(0.8));
         const Points bone_wrap = poser.bone_wrap(body, world_from_rest);
         const Points posed = poser.volume(body, world_from_rest);
-        const Gradients gradients =
-            deformation_gradients(gradient_operator(body.volume_vertices, body_template.prisms), posed);
+        const Gradients gradients = rest.deformation_gradients(posed);
         const GradientsF single = gradients.cast<float>();
         std::vector<double> seconds;
         double error = 0;

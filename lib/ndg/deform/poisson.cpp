@@ -5,35 +5,31 @@
 
 namespace ndg {
 
-PoissonReconstruction::PoissonReconstruction(const Prisms& prisms, int num_wrap_vertices,
-                                             const Eigen::Ref<const Points>& rest_vertices)
-    : prisms_(prisms),
+PoissonReconstruction::PoissonReconstruction(const RestOperators& rest, int num_wrap_vertices)
+    : prisms_(rest.prisms()),
       num_wrap_vertices_(num_wrap_vertices),
-      num_vertices_(static_cast<int>(rest_vertices.rows())),
-      weighted_operators_(static_cast<std::size_t>(prisms.rows())),
+      num_vertices_(rest.num_vertices()),
+      weighted_operators_(rest.num_prisms()),
       cholesky_(SparseCholesky::Method::automatic)
 {
     require(num_wrap_vertices_ > 0 && num_wrap_vertices_ < num_vertices_,
             "{} bone wrap vertices among {} volume vertices leave nothing to solve for", num_wrap_vertices_,
             num_vertices_);
-    require(prisms_.minCoeff() >= 0 && prisms_.maxCoeff() < num_vertices_, "a prism refers to vertex {} of {}",
-            prisms_.maxCoeff(), num_vertices_);
-    set_rest(rest_vertices);
+    set_rest(rest);
 }
 
-void PoissonReconstruction::set_rest(const Eigen::Ref<const Points>& rest_vertices)
+void PoissonReconstruction::set_rest(const RestOperators& rest)
 {
-    require(rest_vertices.rows() == num_vertices_, "the body has {} volume vertices, the template {}",
-            rest_vertices.rows(), num_vertices_);
+    require(rest.num_vertices() == num_vertices_ && rest.num_prisms() == num_prisms(),
+            "the body has {} volume vertices and {} prisms, the template {} and {}", rest.num_vertices(),
+            rest.num_prisms(), num_vertices_, num_prisms());
     const int num_free = num_vertices_ - num_wrap_vertices_;
     std::vector<Eigen::Triplet<double>> free_entries, coupling_entries;
-    free_entries.reserve(static_cast<std::size_t>(prisms_.rows()) * 21);
-    for (Eigen::Index p = 0; p < prisms_.rows(); ++p) {
-        const PrismVertices prism = gather_prism(rest_vertices, prisms_, p);
-        const PrismGradient gradient = prism_gradient_operator(prism);
-        const double volume = prism_volume(prism);
-        require(volume > 0, "rest prism {} has volume {} m^3", p, volume);
-        weighted_operators_[static_cast<std::size_t>(p)] = volume * gradient.transpose();
+    free_entries.reserve(prisms_.rows() * 21);
+    for (int p = 0; p < num_prisms(); ++p) {
+        const PrismGradient& gradient = rest.gradient(p);
+        const double volume = rest.volume(p);
+        weighted_operators_[p] = volume * gradient.transpose();
         const Eigen::Matrix<double, 6, 6> block = volume * gradient.transpose() * gradient;
         for (int a = 0; a < 6; ++a) {
             const int row = prisms_(p, a) - num_wrap_vertices_;
@@ -69,7 +65,7 @@ Points PoissonReconstruction::solve(const GradientAt& gradient_at, const Eigen::
     for (Eigen::Index p = 0; p < prisms_.rows(); ++p) {
         // G^T W takes F_p^T, three rows a prism with the same weight.
         const Eigen::Matrix<double, 3, 3, Eigen::RowMajor> transposed = gradient_at(p).transpose();
-        const WeightedOperator force = weighted_operators_[static_cast<std::size_t>(p)].lazyProduct(transposed);
+        const WeightedOperator force = weighted_operators_[p].lazyProduct(transposed);
         for (int a = 0; a < 6; ++a) {
             const int row = prisms_(p, a) - num_wrap_vertices_;
             if (row >= 0) scattered.row(row) += force.row(a);
@@ -114,7 +110,7 @@ Points PoissonReconstruction::reconstruct(const std::vector<Eigen::Matrix3d>& pr
 {
     require(static_cast<Eigen::Index>(prism_rotations.size()) == prisms_.rows(),
             "{} prism rotations given, the template has {} prisms", prism_rotations.size(), prisms_.rows());
-    return solve([&](Eigen::Index p) { return prism_rotations[static_cast<std::size_t>(p)]; }, bone_wrap);
+    return solve([&](Eigen::Index p) { return prism_rotations[p]; }, bone_wrap);
 }
 
 }  // namespace ndg

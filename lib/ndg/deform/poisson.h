@@ -3,8 +3,7 @@
 #pragma once
 
 #include "ndg/core/types.h"
-#include "ndg/deform/residuals.h"
-#include "ndg/geometry/prism.h"
+#include "ndg/deform/rest_operators.h"
 #include "ndg/solver/sparse_cholesky.h"
 
 #include <Eigen/SparseCore>
@@ -18,11 +17,11 @@ namespace ndg {
 /// right-hand side and a back-substitution. One object per thread (the solver's scratch space is its own).
 class PoissonReconstruction {
 public:
-    /// Throws Error for a flat rest prism, SolverError when the system is not positive definite.
-    PoissonReconstruction(const Prisms& prisms, int num_wrap_vertices, const Eigen::Ref<const Points>& rest_vertices);
+    /// Copies what it needs of `rest`. Throws SolverError when the system is not positive definite.
+    PoissonReconstruction(const RestOperators& rest, int num_wrap_vertices);
 
     /// Another body of the same template: new operators and factor, same symbolic analysis.
-    void set_rest(const Eigen::Ref<const Points>& rest_vertices);
+    void set_rest(const RestOperators& rest);
 
     /// `gradients`: N_p x 9, F_p row-major; `bone_wrap`: N_w x 3. Returns N_v x 3, its first N_w rows = `bone_wrap`.
     Points reconstruct(const Eigen::Ref<const Gradients>& gradients, const Eigen::Ref<const Points>& bone_wrap) const;

@@ -9,6 +9,8 @@
 
 namespace ndg {
 
+/// N x 3 positions as files store them.
+using PointsF = Eigen::Matrix<float, Eigen::Dynamic, 3, Eigen::RowMajor>;
 /// Deformation gradients, N_p x 9, row p = F_p row-major.
 using Gradients = Eigen::Matrix<double, Eigen::Dynamic, 9, Eigen::RowMajor>;
 using GradientsF = Eigen::Matrix<float, Eigen::Dynamic, 9, Eigen::RowMajor>;

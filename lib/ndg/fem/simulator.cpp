@@ -37,7 +37,8 @@ Simulator::Simulator(const Template& body_template, const SimulationOptions& opt
       options_((options.check(), options)),
       model_(body_template, options.material),
       system_(model_),
-      poisson_(body_template.prisms, body_template.num_wrap_vertices(), body_template.rest.volume_vertices),
+      poisson_(RestOperators(body_template.prisms, body_template.rest.volume_vertices),
+               body_template.num_wrap_vertices()),
       newton_(system_),
       relaxation_(system_)
 {
@@ -47,7 +48,7 @@ void Simulator::set_body(const Body& body)
 {
     body_ = nullptr;
     model_.set_rest(body.volume_vertices);
-    poisson_.set_rest(body.volume_vertices);
+    poisson_.set_rest(RestOperators(model_.prisms(), body.volume_vertices));
     gradient_operator_ = gradient_operator(body.volume_vertices, model_.prisms());
     body_ = &body;
 }

@@ -26,7 +26,7 @@ double largest_distance(const Points& a, const Points& b)
 
 PoissonReconstruction make_poisson(const Template& tube)
 {
-    return PoissonReconstruction(tube.prisms, tube.num_wrap_vertices(), tube.rest.volume_vertices);
+    return PoissonReconstruction(RestOperators(tube.prisms, tube.rest.volume_vertices), tube.num_wrap_vertices());
 }
 
 }  // namespace
@@ -78,14 +78,15 @@ TEST_CASE("Another body of the same template reuses the object")
     const Template tube = test::tube_template(5, 6);
     PoissonReconstruction poisson = make_poisson(tube);
     const Points other = 1.3 * jittered(tube.rest.volume_vertices, 0.001);
-    poisson.set_rest(other);
-    const PoissonReconstruction fresh(tube.prisms, tube.num_wrap_vertices(), other);
+    poisson.set_rest(RestOperators(tube.prisms, other));
+    const PoissonReconstruction fresh(RestOperators(tube.prisms, other), tube.num_wrap_vertices());
     const std::vector<Eigen::Matrix3d> rotations(static_cast<std::size_t>(tube.num_prisms()),
                                                  Eigen::Matrix3d::Identity());
     const Points bone_wrap = other.topRows(tube.num_wrap_vertices());
     REQUIRE(largest_distance(poisson.reconstruct(rotations, bone_wrap), other) < 1e-10);
     REQUIRE((poisson.reconstruct(rotations, bone_wrap) - fresh.reconstruct(rotations, bone_wrap)).norm() == 0);
-    REQUIRE_THROWS_AS(poisson.set_rest(other.topRows(3)), Error);
+    const Template longer = test::tube_template(6, 6);
+    REQUIRE_THROWS_AS(poisson.set_rest(RestOperators(longer.prisms, longer.rest.volume_vertices)), Error);
     REQUIRE_THROWS_AS(poisson.reconstruct(rotations, other), Error);
 }
 
