@@ -119,7 +119,7 @@ TEST_CASE("options that make no sense are refused")
     network.output_basis = 4;
     CHECK_THROWS_WITH(s.model(network), Catch::Contains("output_basis"));
     network = {};
-    network.output = "colours";
+    network.output_space = "colours";
     CHECK_THROWS_WITH(s.model(network), Catch::Contains("colours"));
     TrainingOptions training;
     CHECK_NOTHROW(training.check());

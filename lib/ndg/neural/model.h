@@ -28,7 +28,7 @@ public:
     /// recognise it. Throws InputError for options or a shape space that do not fit.
     NeuralModel(const NetworkOptions& options, const ShapeSpace& shape_space, const Template& body_template,
                 const std::string& template_sha256, std::uint64_t seed, Device device = Device::cpu);
-    /// The same with an output space of the caller's own instead of the one options.output names.
+    /// The same with an output space of the caller's own instead of the one options.output_space names.
     NeuralModel(const NetworkOptions& options, const InputSpace& input_space,
                 std::shared_ptr<const OutputSpace> output_space, const std::string& template_sha256, std::uint64_t seed,
                 Device device = Device::cpu);

@@ -94,7 +94,7 @@ NetworkOptions read_options(const H5Reader& file)
     NetworkOptions options;
     // Files from before there was a choice do not say it: they predict residuals.
     for (const auto& [name, value] : list_h5(file.path()).attributes)
-        if (name == "output") options.output = value;
+        if (name == "output_space") options.output_space = value;
     options.widths = parse_widths(file.attribute("widths"), file.path());
     options.parametrisation = file.attribute("parametrisation");
     options.rotation = read_flag(file, "rotation");
@@ -142,7 +142,7 @@ void NeuralModel::save(const std::string& path, const Provenance& provenance) co
     State& state = *state_;
     const ShapeSpace& space = state.input_space.shape_space();
     H5Writer file(path, model_format, model_version, provenance);
-    file.attribute("output", state.options.output);
+    file.attribute("output_space", state.options.output_space);
     file.attribute("widths", join(state.options.widths));
     file.attribute("parametrisation", state.options.parametrisation);
     file.attribute("rotation", std::string(state.options.rotation ? "true" : "false"));

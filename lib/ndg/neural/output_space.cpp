@@ -48,9 +48,9 @@ std::vector<float> neutral_prediction(const OutputSpace& space)
 std::unique_ptr<OutputSpace> make_output_space(const Template& body_template, const NetworkOptions& options)
 {
     for (const Entry& entry : table)
-        if (options.output == entry.name) return entry.make(body_template, options);
-    throw InputError(
-        fmt::format("there is no output \"{}\", only {}", options.output, fmt::join(output_space_names(), ", ")));
+        if (options.output_space == entry.name) return entry.make(body_template, options);
+    throw InputError(fmt::format("there is no output space \"{}\", only {}", options.output_space,
+                                 fmt::join(output_space_names(), ", ")));
 }
 
 std::vector<std::string> output_space_names()

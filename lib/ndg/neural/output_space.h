@@ -43,7 +43,7 @@ public:
 /// The prediction of zero outputs, where every network starts: the animation without a network.
 std::vector<float> neutral_prediction(const OutputSpace& space);
 
-/// The space that `options.output` names. Throws InputError for a name that the table in output_space.cpp lacks.
+/// The space that `options.output_space` names. Throws InputError for a name that the table in output_space.cpp lacks.
 std::unique_ptr<OutputSpace> make_output_space(const Template& body_template, const NetworkOptions& options);
 std::vector<std::string> output_space_names();
 

@@ -84,7 +84,7 @@ Trainer::Trainer(NeuralModel::State& model, const TrainingSet& training, const T
 std::string Trainer::fingerprint() const
 {
     const NetworkOptions& network = model_.options;
-    std::string text = fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} ", network.output,
+    std::string text = fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} ", network.output_space,
                                    network.parametrisation, network.rotation, network.shape, network.output_basis,
                                    options_.epochs, options_.batch_size, options_.learning_rate, options_.weight_decay,
                                    options_.schedule, options_.dropout, options_.input_noise, options_.patience,
