@@ -6,7 +6,7 @@
 #include "ndg/deform/gradient_skinning.h"
 #include "ndg/deform/lbs_deformer.h"
 #include "ndg/deform/stored_gradients.h"
-#include "ndg/fem/fem_deformer.h"
+#include "ndg/simulation/fem_deformer.h"
 #ifdef NDG_WITH_TORCH
 #include "ndg/neural/network_deformer.h"
 #endif

@@ -69,13 +69,12 @@ int main(int argc, char** argv)
         for (const std::string& path : samples_paths)
             samples.push_back(open_deformations(path, body_template.num_volume_vertices()));
 
+        NeuralModel model(network, shape_space, body_template, body_template.file_sha256, tool.seed(), device);
         const auto make_set = [&](const std::string& split) {
-            return TrainingSet(body_template, inputs.bodies, inputs.poses, samples, split, shape_space, network,
-                               cache_gigabytes);
+            return TrainingSet(model, body_template, inputs.bodies, inputs.poses, samples, split, cache_gigabytes);
         };
         const TrainingSet training_set = make_set("train");
         const TrainingSet validation_set = make_set("validation");
-        NdgModel model(network, shape_space, body_template, body_template.file_sha256, tool.seed(), device);
         log_info("{} training and {} validation samples ({} unconverged ones left out), {} prisms", training_set.size(),
                  validation_set.size(), training_set.num_unconverged() + validation_set.num_unconverged(),
                  body_template.num_prisms());

@@ -7,6 +7,7 @@
 #include "ndg/body/shape_space.h"
 #include "ndg/core/random.h"
 #include "ndg/core/threads.h"
+#include "ndg/neural/train.h"
 #include "ndg/neural/training_set.h"
 #include "support/support.h"
 
@@ -22,9 +23,17 @@ struct Synthetic {
     std::vector<DeformationSet> samples;
     ShapeSpace shape_space;
 
-    TrainingSet set(const std::string& split, const NetworkOptions& options, double cache_gigabytes = 1.0) const
+    NeuralModel model(const NetworkOptions& options) const
     {
-        return TrainingSet(tube, bodies, poses, samples, split, shape_space, options, cache_gigabytes);
+        return NeuralModel(options, shape_space, tube, "tube", 5);
+    }
+    TrainingSet set(const std::string& split, const NeuralModel& model, double cache_gigabytes = 1.0) const
+    {
+        return TrainingSet(model, tube, bodies, poses, samples, split, cache_gigabytes);
+    }
+    PoseInput input(const NeuralModel& model, int body_idx, int pose_idx) const
+    {
+        return {model.input_space().encode(bodies.bodies[body_idx]), poses.poses[pose_idx]};
     }
 };
 
@@ -106,6 +115,17 @@ inline NetworkOptions small_network()
     NetworkOptions options;
     options.widths = {64, 32};
     return options;
+}
+
+/// A model a few quick steps away from its start, so that nothing about it is trivial.
+inline NeuralModel moved_model(const Synthetic& s, const NetworkOptions& options)
+{
+    NeuralModel model = s.model(options);
+    TrainingOptions training;
+    training.epochs = 3;
+    training.learning_rate = 0.02;
+    train(model, s.set("train", model), s.set("validation", model), training);
+    return model;
 }
 
 }  // namespace ndg::test

@@ -69,7 +69,8 @@ void for_tensors(TorchNetwork& network, const F& f)
         f(group + "norm_bias", layer.norm_bias, "offset of LayerNorm, outputs");
     }
     if (network.basis.defined())
-        f("/network/output_basis", network.basis, "coefficients x 9 prisms: fixed map from the last layer to Q");
+        f("/network/output_basis", network.basis,
+          "coefficients x outputs: fixed map from the last layer to the raw outputs");
 }
 
 bool read_flag(const H5Reader& file, const std::string& name)
@@ -91,6 +92,9 @@ int read_count(const H5Reader& file, const std::string& name)
 NetworkOptions read_options(const H5Reader& file)
 {
     NetworkOptions options;
+    // Files from before there was a choice do not say it: they predict residuals.
+    for (const auto& [name, value] : list_h5(file.path()).attributes)
+        if (name == "output_space") options.output_space = value;
     options.widths = parse_widths(file.attribute("widths"), file.path());
     options.parametrisation = file.attribute("parametrisation");
     options.rotation = read_flag(file, "rotation");
@@ -133,28 +137,29 @@ TrainingCurve read_curve(const H5Reader& file)
 
 }  // namespace
 
-void NdgModel::save(const std::string& path, const Provenance& provenance) const
+void NeuralModel::save(const std::string& path, const Provenance& provenance) const
 {
     State& state = *state_;
+    const ShapeSpace& space = state.input_space.shape_space();
     H5Writer file(path, model_format, model_version, provenance);
+    file.attribute("output_space", state.options.output_space);
     file.attribute("widths", join(state.options.widths));
     file.attribute("parametrisation", state.options.parametrisation);
     file.attribute("rotation", std::string(state.options.rotation ? "true" : "false"));
     file.attribute("shape", std::string(state.options.shape ? "true" : "false"));
     file.attribute("output_basis",
                    static_cast<double>(state.network.basis.defined() ? state.network.basis.size(0) : 0));
-    file.attribute("num_prisms", static_cast<double>(state.num_prisms));
     file.attribute("template_sha256", state.template_sha256);
-    file.attribute("explained_variance", state.shape_space.explained_variance);
+    file.attribute("explained_variance", space.explained_variance);
     file.attribute("best_epoch", static_cast<double>(state.curve.best_epoch));
     file.attribute("initial_train_loss", state.curve.initial_train_loss);
     file.attribute("initial_validation_loss", state.curve.initial_validation_loss);
-    file.write("/input/joint_names", state.skeleton.joint_names, "order of the rotation matrices in the input");
-    file.write("/input/visible_joints", state.visible, "1 where the input contains the joint's rotation, otherwise 0");
+    file.write("/input/joint_names", state.input_space.joint_names(), "order of the rotation matrices in the input");
+    file.write("/input/visible_joints", state.input_space.visible_joints(),
+               "1 where the input contains the joint's rotation, otherwise 0");
     for_tensors(state.network, [&](const std::string& name, const torch::Tensor& tensor, const char* description) {
         write_tensor(file, name, tensor, description);
     });
-    const ShapeSpace& space = state.shape_space;
     file.write("/shape_space/mean", std::vector<double>(space.mean.data(), space.mean.data() + space.mean.size()),
                "mean rest shape, 3 N_v, m");
     file.write("/shape_space/components", RowMatrix(space.components), "3 N_v x d, orthonormal columns",
@@ -171,16 +176,13 @@ void NdgModel::save(const std::string& path, const Provenance& provenance) const
     file.commit();
 }
 
-NdgModel NdgModel::load(const std::string& path, const Template& body_template, const std::string& template_sha256,
-                        Device device)
+NeuralModel NeuralModel::load(const std::string& path, const Template& body_template,
+                              const std::string& template_sha256, Device device)
 {
     const H5Reader file(path, model_format, model_version);
     const std::string made_for = file.attribute("template_sha256");
     require_input(made_for == template_sha256, "{}: the model was trained on another template ({}..., not {}...)", path,
                   made_for.substr(0, 12), template_sha256.substr(0, 12));
-    const int num_prisms = read_count(file, "num_prisms");
-    require_input(num_prisms == body_template.num_prisms(), "{}: the model has {} prisms where the template has {}",
-                  path, num_prisms, body_template.num_prisms());
     const auto num_joints = static_cast<std::int64_t>(body_template.skeleton.num_joints());
     const std::vector<std::string> joint_names = file.read_strings("/input/joint_names", num_joints);
     for (std::size_t j = 0; j < joint_names.size(); ++j)
@@ -188,12 +190,12 @@ NdgModel NdgModel::load(const std::string& path, const Template& body_template, 
                       "{}: joint {} of the model is \"{}\" where the template's is \"{}\"", path, j, joint_names[j],
                       body_template.skeleton.joint_names[j]);
 
-    NdgModel model(read_options(file), read_model_shape_space(file, 3 * body_template.num_volume_vertices()),
-                   body_template, template_sha256, 0);
+    NeuralModel model(read_options(file), read_model_shape_space(file, 3 * body_template.num_volume_vertices()),
+                      body_template, template_sha256, 0);
     State& state = *model.state_;
     const std::vector<int> visible = file.read_ints("/input/visible_joints", num_joints, 0, 1);
-    require_input(visible == state.visible, "{}: /input/visible_joints does not fit the template's skinning weights",
-                  path);
+    require_input(visible == state.input_space.visible_joints(),
+                  "{}: /input/visible_joints does not fit the template's skinning weights", path);
     for_tensors(state.network,
                 [&](const std::string& name, torch::Tensor& tensor, const char*) { read_tensor(file, name, tensor); });
     state.curve = read_curve(file);

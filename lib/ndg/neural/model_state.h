@@ -7,20 +7,27 @@
 
 namespace ndg {
 
-struct NdgModel::State {
+struct NeuralModel::State {
     NetworkOptions options;
-    ShapeSpace shape_space;
-    Skeleton skeleton;
-    SkinningWeights prism_weights;
-    std::vector<int> visible;
+    InputSpace input_space;
+    std::shared_ptr<const OutputSpace> output_space;
     std::string template_sha256;
-    int num_prisms = 0;
     std::uint64_t seed = 0;
     Device device = Device::cpu;
     TorchNetwork network;
     TrainingCurve curve;
 
-    int num_inputs() const { return 9 * skeleton.num_joints() + (options.shape ? shape_space.dimension() : 0); }
+    /// Untrained, its last layer on `basis` where that has rows.
+    TorchNetwork new_network(const RowMatrixF& basis) const
+    {
+        return make_network(options.widths, input_space.width(), output_space->width(), basis, seed);
+    }
+    /// (B, inputs) on the CPU to predictions (B, outputs) on the device, differentiable.
+    torch::Tensor predict(const RowMatrixF& features, double dropout) const
+    {
+        const torch::Tensor inputs = tensor_from(features).to(torch_device(device));
+        return output_space->activate(network.forward(inputs, dropout));
+    }
 };
 
 }  // namespace ndg

@@ -7,10 +7,10 @@ namespace ndg {
 
 namespace {
 
-NdgModel load_model(const Template& body_template, const NetworkInputs& inputs)
+NeuralModel load_model(const Template& body_template, const NetworkInputs& inputs)
 {
     require_input(!inputs.model_path.empty(), "a network needs --model");
-    return NdgModel::load(inputs.model_path, body_template, body_template.file_sha256, parse_device(inputs.device));
+    return NeuralModel::load(inputs.model_path, body_template, body_template.file_sha256, parse_device(inputs.device));
 }
 
 }  // namespace
@@ -27,23 +27,33 @@ NetworkDeformer::NetworkDeformer(const Template& body_template, const NetworkInp
 {
 }
 
-std::vector<GradientsF> NetworkDeformer::gradients(const std::vector<PosedBody>& posed)
+RowMatrixF NetworkDeformer::predict(const std::vector<PosedBody>& posed)
 {
     std::vector<PoseInput> inputs;
     for (const PosedBody& one : posed) {
         const auto [code, is_new] = codes_.try_emplace(&one.body());
-        if (is_new) code->second = model_.encode(one.body());
+        if (is_new) code->second = model_.input_space().encode(one.body());
         inputs.push_back({code->second, one.pose()});
     }
-    return model_.predict_gradients(inputs);
+    return model_.predict(inputs);
+}
+
+std::vector<GradientsF> NetworkDeformer::gradients(const std::vector<PosedBody>& posed)
+{
+    const RowMatrixF predictions = predict(posed);
+    std::vector<GradientsF> gradients;
+    for (std::size_t i = 0; i < posed.size(); ++i) {
+        gradients.push_back(model_.output_space().gradients(posed[i].pose(), predictions.row(i).data()));
+    }
+    return gradients;
 }
 
 std::vector<Points> NetworkDeformer::deform_batch(const std::vector<PosedBody>& posed)
 {
-    const std::vector<GradientsF> predicted = gradients(posed);
+    const RowMatrixF predictions = predict(posed);
     std::vector<Points> vertices;
     for (std::size_t i = 0; i < posed.size(); ++i) {
-        vertices.push_back(rest_.poisson(posed[i].body()).reconstruct(predicted[i], posed[i].bone_wrap()));
+        vertices.push_back(model_.output_space().vertices(posed[i], rest_, predictions.row(i).data()));
     }
     return vertices;
 }

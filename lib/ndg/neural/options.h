@@ -20,6 +20,8 @@ inline const std::vector<std::string> parametrisation_names = {"exponential", "d
 struct NetworkOptions {
     /// Hidden layers; empty: one linear map.
     std::vector<int> widths = {4096, 4096, 600};
+    /// What is predicted: a name in the table in output_space.cpp.
+    std::string output_space = "residuals";
     /// exponential: exp(Q), equation 15. direct: I + Q ("no matrix exp"). lu: unit lower times upper triangular with
     /// the exponentials of Q's diagonal. qr: rotation (exponential of the skew part given by Q's lower triangle) times
     /// such an upper triangular matrix.

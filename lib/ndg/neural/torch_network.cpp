@@ -2,9 +2,6 @@
 #include "ndg/neural/torch_network.h"
 
 #include "ndg/core/random.h"
-#include "ndg/neural/matrix_exponential.h"
-
-#include <torch/csrc/autograd/custom_function.h>
 
 #include <cmath>
 
@@ -12,67 +9,6 @@ namespace ndg {
 namespace {
 
 using torch::Tensor;
-
-std::size_t num_matrices(const Tensor& tensor)
-{
-    return static_cast<std::size_t>(tensor.numel() / 9);
-}
-
-struct ExponentialFunction : torch::autograd::Function<ExponentialFunction> {
-    static Tensor forward(torch::autograd::AutogradContext* context, const Tensor& matrices)
-    {
-        const Tensor input = matrices.contiguous();
-        Tensor output = torch::empty_like(input);
-        matrix_exponential(input.data_ptr<float>(), num_matrices(input), output.data_ptr<float>());
-        context->save_for_backward({input});
-        return output;
-    }
-
-    static torch::autograd::tensor_list backward(torch::autograd::AutogradContext* context,
-                                                 torch::autograd::tensor_list gradients)
-    {
-        const Tensor input = context->get_saved_variables()[0];
-        const Tensor gradient = gradients[0].contiguous();
-        Tensor result = torch::empty_like(input);
-        matrix_exponential_adjoint(input.data_ptr<float>(), gradient.data_ptr<float>(), num_matrices(input),
-                                   result.data_ptr<float>());
-        return {result};
-    }
-};
-
-/// exp(Q00) Q01 Q02; 0 exp(Q11) Q12; 0 0 exp(Q22), given the nine entries of Q.
-Tensor positive_upper_triangular(const std::vector<Tensor>& q)
-{
-    const Tensor zero = torch::zeros_like(q[0]);
-    return torch::stack({q[0].exp(), q[1], q[2], zero, q[4].exp(), q[5], zero, zero, q[8].exp()}, -1);
-}
-
-Tensor product(const Tensor& a, const Tensor& b)
-{
-    return torch::bmm(a.reshape({-1, 3, 3}), b.reshape({-1, 3, 3})).reshape(a.sizes());
-}
-
-/// Q (B, 9 N_p) to residuals of the same shape.
-Tensor parametrise(const Tensor& outputs, const std::string& parametrisation)
-{
-    const Tensor matrices = outputs.reshape({outputs.size(0), -1, 9});
-    Tensor residuals;
-    if (parametrisation == "exponential") {
-        residuals = differentiable_exponential(matrices);
-    } else if (parametrisation == "direct") {
-        residuals = matrices + torch::eye(3, outputs.options()).reshape({1, 1, 9});
-    } else {
-        const std::vector<Tensor> q = matrices.unbind(-1);
-        const Tensor zero = torch::zeros_like(q[0]);
-        const Tensor one = torch::ones_like(q[0]);
-        const Tensor left = parametrisation == "lu"
-                                ? torch::stack({one, zero, zero, q[3], one, zero, q[6], q[7], one}, -1)
-                                : differentiable_exponential(
-                                      torch::stack({zero, -q[3], -q[6], q[3], zero, -q[7], q[6], q[7], zero}, -1));
-        residuals = product(left, positive_upper_triangular(q));
-    }
-    return residuals.reshape(outputs.sizes());
-}
 
 Tensor uniform_tensor(std::vector<std::int64_t> shape, double bound, Random& random)
 {
@@ -83,12 +19,6 @@ Tensor uniform_tensor(std::vector<std::int64_t> shape, double bound, Random& ran
 }
 
 }  // namespace
-
-torch::Tensor differentiable_exponential(const torch::Tensor& matrices)
-{
-    if (matrices.device().is_cpu()) return ExponentialFunction::apply(matrices);
-    return torch::matrix_exp(matrices.reshape({-1, 3, 3})).reshape(matrices.sizes());
-}
 
 torch::DeviceType torch_device(Device device)
 {
@@ -127,8 +57,7 @@ torch::Tensor TorchNetwork::forward(const torch::Tensor& inputs, double dropout)
         x = torch::gelu(torch::layer_norm(x, {x.size(1)}, layer.norm_weight, layer.norm_bias));
         if (dropout > 0) x = torch::dropout(x, dropout, true);
     }
-    if (basis.defined()) x = torch::matmul(x, basis);
-    return parametrise(x, parametrisation);
+    return basis.defined() ? torch::matmul(x, basis) : x;
 }
 
 void TorchNetwork::to(Device device)
@@ -144,15 +73,14 @@ void TorchNetwork::to(Device device)
     move(basis);
 }
 
-TorchNetwork make_network(const NetworkOptions& options, int num_inputs, int num_prisms, const RowMatrixF& basis,
+TorchNetwork make_network(const std::vector<int>& widths, int num_inputs, int num_outputs, const RowMatrixF& basis,
                           std::uint64_t seed)
 {
     TorchNetwork network;
-    network.parametrisation = options.parametrisation;
-    if (options.output_basis > 0) network.basis = tensor_from(basis);
+    if (basis.rows() > 0) network.basis = tensor_from(basis);
     std::int64_t inputs = num_inputs;
-    for (std::size_t i = 0; i < options.widths.size(); ++i) {
-        const std::int64_t outputs = options.widths[i];
+    for (std::size_t i = 0; i < widths.size(); ++i) {
+        const std::int64_t outputs = widths[i];
         Random random(seed, "network layer", i);
         const double bound = 1.0 / std::sqrt(static_cast<double>(inputs));
         TorchNetwork::Layer layer;
@@ -163,7 +91,7 @@ TorchNetwork make_network(const NetworkOptions& options, int num_inputs, int num
         network.layers.push_back(layer);
         inputs = outputs;
     }
-    const std::int64_t outputs = options.output_basis > 0 ? basis.rows() : 9 * static_cast<std::int64_t>(num_prisms);
+    const std::int64_t outputs = basis.rows() > 0 ? basis.rows() : num_outputs;
     network.layers.push_back({torch::zeros({outputs, inputs}), torch::zeros({outputs}), Tensor(), Tensor()});
     for (Tensor& parameter : network.parameters()) parameter.requires_grad_();
     return network;

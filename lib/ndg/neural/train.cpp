@@ -5,6 +5,7 @@
 #include "ndg/core/hash.h"
 #include "ndg/core/interrupt.h"
 #include "ndg/core/log.h"
+#include "ndg/core/parallel_for.h"
 #include "ndg/core/random.h"
 #include "ndg/core/threads.h"
 #include "ndg/neural/adamw.h"
@@ -32,7 +33,7 @@ constexpr double plateau_factor = 0.5;
 /// One training run: its options, its data, and its state between two steps.
 class Trainer {
 public:
-    Trainer(NdgModel::State& model, const TrainingSet& training, const TrainingSet& validation,
+    Trainer(NeuralModel::State& model, const TrainingSet& training, const TrainingSet& validation,
             const TrainingOptions& options, const TrainingCallbacks& callbacks);
     TrainingResult run();
 
@@ -43,17 +44,17 @@ private:
     void train_batch(const std::vector<int>& order, int first, int count);
     void finish_epoch();
     double mean_loss(const TrainingSet& set) const;
-    double mean_identity_loss(const TrainingSet& set) const;
+    double mean_neutral_loss(const TrainingSet& set) const;
     double batch_learning_rate() const;
-    /// Rows of features (noisy where asked) and targets of some samples, on the model's device.
-    Tensor inputs_of(const TrainingSet& set, const int* samples, int count, double noise) const;
+    /// Rows of features, noisy where asked, and of targets (on the model's device) of some samples.
+    RowMatrixF inputs_of(const TrainingSet& set, const int* samples, int count, double noise) const;
     Tensor targets_of(const TrainingSet& set, const int* samples, int count) const;
     void save_checkpoint();
     void save_if_due();
     bool stop_requested() const { return callbacks_.stop ? callbacks_.stop() : interrupt_requested(); }
     int batches_per_epoch() const { return (training_.size() + options_.batch_size - 1) / options_.batch_size; }
 
-    NdgModel::State& model_;
+    NeuralModel::State& model_;
     const TrainingSet& training_;
     const TrainingSet& validation_;
     const TrainingOptions& options_;
@@ -65,7 +66,7 @@ private:
     Clock::time_point last_save_ = Clock::now();
 };
 
-Trainer::Trainer(NdgModel::State& model, const TrainingSet& training, const TrainingSet& validation,
+Trainer::Trainer(NeuralModel::State& model, const TrainingSet& training, const TrainingSet& validation,
                  const TrainingOptions& options, const TrainingCallbacks& callbacks)
     : model_(model),
       training_(training),
@@ -83,16 +84,16 @@ Trainer::Trainer(NdgModel::State& model, const TrainingSet& training, const Trai
 std::string Trainer::fingerprint() const
 {
     const NetworkOptions& network = model_.options;
-    std::string text =
-        fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} ", network.parametrisation, network.rotation,
-                    network.shape, network.output_basis, options_.epochs, options_.batch_size, options_.learning_rate,
-                    options_.weight_decay, options_.schedule, options_.dropout, options_.input_noise, options_.patience,
-                    options_.seed, model_.seed, model_.template_sha256, model_.num_prisms);
+    std::string text = fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} ", network.output_space,
+                                   network.parametrisation, network.rotation, network.shape, network.output_basis,
+                                   options_.epochs, options_.batch_size, options_.learning_rate, options_.weight_decay,
+                                   options_.schedule, options_.dropout, options_.input_noise, options_.patience,
+                                   options_.seed, model_.seed, model_.template_sha256, model_.output_space->width());
     for (const int width : network.widths) text += fmt::format("{} ", width);
     return sha256(text + training_.digest() + validation_.digest());
 }
 
-Tensor Trainer::inputs_of(const TrainingSet& set, const int* samples, int count, double noise) const
+RowMatrixF Trainer::inputs_of(const TrainingSet& set, const int* samples, int count, double noise) const
 {
     RowMatrixF rows(count, set.features().cols());
     for (int i = 0; i < count; ++i) rows.row(i) = set.features().row(samples[i]);
@@ -102,16 +103,15 @@ Tensor Trainer::inputs_of(const TrainingSet& set, const int* samples, int count,
             for (Eigen::Index k = 0; k < rows.cols(); ++k)
                 if (noise_scale_[k] > 0) rows(i, k) += noise_scale_[k] * static_cast<float>(noise * random.normal());
     }
-    return tensor_from(rows).to(torch_device(model_.device));
+    return rows;
 }
 
 Tensor Trainer::targets_of(const TrainingSet& set, const int* samples, int count) const
 {
-    const auto width = 9 * static_cast<std::int64_t>(set.num_prisms());
+    const std::int64_t width = model_.output_space->width();
     Tensor targets = torch::empty({count, width}, torch::kFloat32);
     float* data = targets.data_ptr<float>();
-#pragma omp parallel for schedule(static)
-    for (int i = 0; i < count; ++i) set.residuals(samples[i], data + i * width);
+    parallel_for(count, [&](int i) { set.target(samples[i], data + i * width); });
     return targets.to(torch_device(model_.device));
 }
 
@@ -123,24 +123,25 @@ double Trainer::mean_loss(const TrainingSet& set) const
         std::vector<int> samples;
         for (int i = first; i < std::min(first + options_.batch_size, set.size()); ++i) samples.push_back(i);
         const int count = static_cast<int>(samples.size());
-        const Tensor predicted = model_.network.forward(inputs_of(set, samples.data(), count, 0), 0);
+        const Tensor predicted = model_.predict(inputs_of(set, samples.data(), count, 0), 0);
         sum += count * torch::mse_loss(predicted, targets_of(set, samples.data(), count)).item<double>();
     }
     return sum / set.size();
 }
 
-double Trainer::mean_identity_loss(const TrainingSet& set) const
+double Trainer::mean_neutral_loss(const TrainingSet& set) const
 {
+    const std::vector<float> neutral = neutral_prediction(*model_.output_space);
     double sum = 0;
-    std::vector<float> residuals(9 * static_cast<std::size_t>(set.num_prisms()));
+    std::vector<float> target(neutral.size());
     for (int i = 0; i < set.size(); ++i) {
-        set.residuals(i, residuals.data());
+        set.target(i, target.data());
         double squares = 0;
-        for (std::size_t k = 0; k < residuals.size(); ++k) {
-            const double difference = static_cast<double>(residuals[k]) - (k % 9 % 4 == 0 ? 1.0 : 0.0);
+        for (std::size_t k = 0; k < target.size(); ++k) {
+            const double difference = static_cast<double>(target[k]) - neutral[k];
             squares += difference * difference;
         }
-        sum += squares / static_cast<double>(residuals.size());
+        sum += squares / static_cast<double>(target.size());
     }
     return sum / set.size();
 }
@@ -160,19 +161,16 @@ void Trainer::start_or_resume(TrainingResult& result)
     } else {
         state_.fingerprint = current_fingerprint;
         state_.learning_rate = options_.learning_rate;
-        state_.curve.initial_train_loss = mean_identity_loss(training_);
-        state_.curve.initial_validation_loss = mean_identity_loss(validation_);
+        state_.curve.initial_train_loss = mean_neutral_loss(training_);
+        state_.curve.initial_validation_loss = mean_neutral_loss(validation_);
     }
     RowMatrixF basis;
-    if (model_.options.output_basis > 0) {
-        if (resume)
-            basis = TorchNetwork::matrix(state_.basis);
-        else
-            basis = fit_output_basis(training_, model_.options.output_basis,
-                                     model_.options.parametrisation == "exponential", options_.seed);
-    }
-    model_.network = make_network(model_.options, model_.num_inputs(), model_.num_prisms, basis, model_.seed);
-    if (basis.size() > 0) state_.basis = model_.network.basis;
+    if (resume && state_.basis.defined())
+        basis = TorchNetwork::matrix(state_.basis);
+    else if (model_.options.output_basis > 0)
+        basis = fit_output_basis(training_, *model_.output_space, model_.options.output_basis, options_.seed);
+    model_.network = model_.new_network(basis);
+    state_.basis = model_.network.basis;
     model_.network.to(model_.device);
     parameters_ = model_.network.parameters();
     optimizer_ = AdamW(parameters_, options_.weight_decay);
@@ -228,9 +226,9 @@ void Trainer::train_batch(const std::vector<int>& order, int first, int count)
     const double learning_rate = batch_learning_rate();
     // One seed a step, so that a resumed run draws the same dropout masks.
     torch::manual_seed(Random(options_.seed, "dropout", static_cast<std::uint64_t>(state_.num_steps)).next());
-    const Tensor inputs = inputs_of(training_, order.data() + first, count, options_.input_noise);
-    const Tensor loss = torch::mse_loss(model_.network.forward(inputs, options_.dropout),
-                                        targets_of(training_, order.data() + first, count));
+    const RowMatrixF inputs = inputs_of(training_, order.data() + first, count, options_.input_noise);
+    const Tensor loss =
+        torch::mse_loss(model_.predict(inputs, options_.dropout), targets_of(training_, order.data() + first, count));
     const double value = loss.item<double>();
     require(std::isfinite(value), "the training loss is {} in epoch {}: the learning rate {} is too high", value,
             state_.epoch + 1, learning_rate);
@@ -301,17 +299,18 @@ TrainingResult Trainer::run()
 
 }  // namespace
 
-TrainingResult train(NdgModel& model, const TrainingSet& training, const TrainingSet& validation,
+TrainingResult train(NeuralModel& model, const TrainingSet& training, const TrainingSet& validation,
                      const TrainingOptions& options, const TrainingCallbacks& callbacks)
 {
     options.check();
-    NdgModel::State& state = model.state();
+    NeuralModel::State& state = model.state();
     for (const TrainingSet* set : {&training, &validation}) {
-        require_input(set->num_prisms() == state.num_prisms, "the samples have {} prisms where the model has {}",
-                      set->num_prisms(), state.num_prisms);
-        require_input(set->features().cols() == state.num_inputs(),
+        require_input(set->width() == state.output_space->width(),
+                      "the samples have {} numbers to predict where the model has {}", set->width(),
+                      state.output_space->width());
+        require_input(set->features().cols() == state.input_space.width(),
                       "the samples have {} input numbers where the model has {}", set->features().cols(),
-                      state.num_inputs());
+                      state.input_space.width());
     }
     torch::set_num_threads(std::max(1, num_threads()));
     return Trainer(state, training, validation, options, callbacks).run();

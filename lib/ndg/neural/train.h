@@ -24,12 +24,12 @@ struct TrainingResult {
     double best_validation_loss = 0;
 };
 
-/// Minimises the mean squared error of the residuals by AdamW. The model ends with the weights of the epoch with the
+/// Minimises the mean squared error of the predictions by AdamW. The model ends with the weights of the epoch with the
 /// lowest validation loss, and holds the curve. Fully determined by the arguments: a run that is stopped and resumed
 /// from its checkpoint gives the same weights, bit for bit on the same machine with the same number of threads.
 /// Throws InputError for sets that do not fit the model or a checkpoint of another run, Error when the loss is no
 /// longer finite, Interrupted as TrainingCallbacks says.
-TrainingResult train(NdgModel& model, const TrainingSet& training, const TrainingSet& validation,
+TrainingResult train(NeuralModel& model, const TrainingSet& training, const TrainingSet& validation,
                      const TrainingOptions& options, const TrainingCallbacks& callbacks = {});
 
 /// Where train-ndg keeps the checkpoint of an output file; removed once the output is written.

@@ -3,11 +3,9 @@
 
 #include "ndg/core/error.h"
 #include "ndg/core/hash.h"
-#include "ndg/geometry/prism.h"
-#include "ndg/neural/features.h"
+#include "ndg/core/parallel_for.h"
 
-#include <exception>
-#include <map>
+#include <algorithm>
 #include <set>
 #include <string_view>
 #include <utility>
@@ -22,32 +20,31 @@ std::string_view bytes_of(const float* data, std::size_t count)
 
 }  // namespace
 
-TrainingSet::TrainingSet(const Template& body_template, const BodySet& bodies, const PoseSet& poses,
-                         const std::vector<DeformationSet>& deformations, const std::string& split,
-                         const ShapeSpace& shape_space, const NetworkOptions& options, double cache_gigabytes)
-    : template_(&body_template),
-      bodies_(&bodies),
-      poses_(&poses),
-      rotation_(options.rotation),
-      prism_weights_(body_template.prism_weights())
+TrainingSet::TrainingSet(const NeuralModel& model, const Template& body_template, const BodySet& bodies,
+                         const PoseSet& poses, const std::vector<DeformationSet>& deformations,
+                         const std::string& split, double cache_gigabytes)
+    : output_space_(&model.output_space()), template_(&body_template), bodies_(&bodies), poses_(&poses)
 {
-    const Eigen::Index coordinates = 3 * body_template.num_volume_vertices();
-    require_input(shape_space.mean.size() == coordinates,
-                  "the shape space has {} coordinates where the template's volume has {}", shape_space.mean.size(),
-                  coordinates);
+    choose_samples(deformations, split);
+    compute_features(model.input_space());
+    keep_what_fits(cache_gigabytes);
+}
+
+void TrainingSet::choose_samples(const std::vector<DeformationSet>& deformations, const std::string& split)
+{
     std::set<std::pair<int, int>> seen;
     for (const DeformationSet& set : deformations) {
-        require_input(set.num_volume_vertices == body_template.num_volume_vertices(),
+        require_input(set.num_volume_vertices == template_->num_volume_vertices(),
                       "the samples have {} volume vertices where the template has {}", set.num_volume_vertices,
-                      body_template.num_volume_vertices());
+                      template_->num_volume_vertices());
         const auto converged = set.statistics.find("converged");
         for (std::size_t i = 0; i < set.pairs.size(); ++i) {
             if (set.pair_splits[i] != split) continue;
             const SamplePair& pair = set.pairs[i];
-            require_input(pair.body_idx >= 0 && pair.body_idx < static_cast<int>(bodies.bodies.size()),
-                          "sample {} names body {} of {}", i, pair.body_idx, bodies.bodies.size());
-            require_input(pair.pose_idx >= 0 && pair.pose_idx < poses.size(), "sample {} names pose {} of {}", i,
-                          pair.pose_idx, poses.size());
+            require_input(pair.body_idx >= 0 && pair.body_idx < static_cast<int>(bodies_->bodies.size()),
+                          "sample {} names body {} of {}", i, pair.body_idx, bodies_->bodies.size());
+            require_input(pair.pose_idx >= 0 && pair.pose_idx < poses_->size(), "sample {} names pose {} of {}", i,
+                          pair.pose_idx, poses_->size());
             require_input(seen.emplace(pair.body_idx, pair.pose_idx).second,
                           "the samples contain body {} in pose {} twice", pair.body_idx, pair.pose_idx);
             if (converged != set.statistics.end() && converged->second[i] != 1.0) {
@@ -59,70 +56,67 @@ TrainingSet::TrainingSet(const Template& body_template, const BodySet& bodies, c
     }
     require_input(!samples_.empty(), "the samples hold no converged simulation of the split \"{}\" ({} unconverged)",
                   split, num_unconverged_);
+}
 
-    const std::vector<int> visible = visible_joints(body_template);
+void TrainingSet::compute_features(const InputSpace& input_space)
+{
+    features_.resize(size(), input_space.width());
     std::map<int, Eigen::VectorXd> codes;
     for (int i = 0; i < size(); ++i) {
-        const auto body_idx = pair(i).body_idx;
-        auto code = codes.find(body_idx);
-        if (code == codes.end()) {
-            const Body& body = bodies.bodies[static_cast<std::size_t>(body_idx)];
-            code = codes.emplace(body_idx, shape_space.encode(body.volume_vertices)).first;
-        }
-        const PoseInput input{code->second, poses.poses[static_cast<std::size_t>(pair(i).pose_idx)]};
-        const Eigen::RowVectorXf row = network_features(input, visible, shape_space, options.shape);
-        if (i == 0) features_.resize(size(), row.size());
-        features_.row(i) = row;
+        const auto [code, is_new] = codes.try_emplace(pair(i).body_idx);
+        if (is_new) code->second = input_space.encode(bodies_->bodies[pair(i).body_idx]);
+        features_.row(i) = input_space.features({code->second, poses_->poses[pair(i).pose_idx]});
     }
-
-    const double gigabytes = 1e-9 * sizeof(float) * 9.0 * num_prisms() * size();
-    if (gigabytes > cache_gigabytes) return;
-    std::vector<std::vector<float>> cache(samples_.size());
-    std::exception_ptr failure;
-#pragma omp parallel for schedule(dynamic)
-    for (int i = 0; i < size(); ++i) {
-        try {
-            std::vector<float>& target = cache[static_cast<std::size_t>(i)];
-            target.resize(static_cast<std::size_t>(num_prisms()) * 9);
-            compute(i, target.data());
-        } catch (...) {
-#pragma omp critical
-            failure = std::current_exception();
-        }
-    }
-    if (failure) std::rethrow_exception(failure);
-    cache_ = std::move(cache);
 }
 
-void TrainingSet::compute(int sample_idx, float* target) const
+void TrainingSet::keep_what_fits(double cache_gigabytes)
 {
-    const Sample& sample = samples_[static_cast<std::size_t>(sample_idx)];
-    const Points& rest = bodies_->bodies[static_cast<std::size_t>(sample.pair.body_idx)].volume_vertices;
-    const Pose& pose = poses_->poses[static_cast<std::size_t>(sample.pair.pose_idx)];
-    const std::vector<Eigen::Matrix3d> rotations =
-        reference_rotations(template_->skeleton, prism_weights_, pose, rotation_);
+    std::map<int, std::vector<int>> samples_of_body;
+    for (int i = 0; i < size(); ++i) samples_of_body[pair(i).body_idx].push_back(i);
+    std::vector<int> used_bodies;
+    for (const auto& [body_idx, samples] : samples_of_body) used_bodies.push_back(body_idx);
+
+    const auto fits = [&](double bytes) { return 1e-9 * bytes <= cache_gigabytes; };
+    if (fits(sizeof(float) * static_cast<double>(width()) * size())) {
+        RowMatrixF targets(size(), width());
+        parallel_for(static_cast<int>(used_bodies.size()), [&](int i) {
+            const RestOperators rest = rest_operators(used_bodies[i]);
+            for (const int sample : samples_of_body.at(used_bodies[i]))
+                compute_target(sample, rest, targets.row(sample).data());
+        });
+        kept_targets_ = std::move(targets);
+    } else if (fits((sizeof(PrismGradient) + sizeof(double)) * static_cast<double>(template_->num_prisms()) *
+                    static_cast<double>(used_bodies.size()))) {
+        for (const int body_idx : used_bodies) kept_rest_.emplace(body_idx, rest_operators(body_idx));
+    }
+}
+
+RestOperators TrainingSet::rest_operators(int body_idx) const
+{
+    return RestOperators(template_->prisms, bodies_->bodies[body_idx].volume_vertices);
+}
+
+void TrainingSet::compute_target(int sample_idx, const RestOperators& rest, float* target) const
+{
+    const Sample& sample = samples_[sample_idx];
     const std::vector<float> stored = sample.set->coordinates(sample.place);
-    const Eigen::Map<const Eigen::Matrix<float, Eigen::Dynamic, 3, Eigen::RowMajor>> vertices(
-        stored.data(), template_->num_volume_vertices(), 3);
-    for (Eigen::Index p = 0; p < template_->prisms.rows(); ++p) {
-        PrismVertices posed;
-        for (int k = 0; k < 6; ++k) posed.row(k) = vertices.row(template_->prisms(p, k)).cast<double>();
-        const PrismGradient gradient = prism_gradient_operator(gather_prism(rest, template_->prisms, p));
-        const Eigen::Matrix3d transposed = gradient * posed;  // F^T
-        const Eigen::Matrix3d residual = rotations[static_cast<std::size_t>(p)].transpose() * transposed.transpose();
-        for (int row = 0; row < 3; ++row)
-            for (int col = 0; col < 3; ++col) *target++ = static_cast<float>(residual(row, col));
-    }
+    const Eigen::Map<const PointsF> vertices(stored.data(), template_->num_volume_vertices(), 3);
+    output_space_->target(bodies_->bodies[sample.pair.body_idx], rest, poses_->poses[sample.pair.pose_idx], vertices,
+                          target);
 }
 
-void TrainingSet::residuals(int sample_idx, float* target) const
+void TrainingSet::target(int sample_idx, float* target) const
 {
-    if (cache_.empty()) {
-        compute(sample_idx, target);
+    if (kept_targets_.size() > 0) {
+        std::copy_n(kept_targets_.row(sample_idx).data(), width(), target);
         return;
     }
-    const std::vector<float>& cached = cache_[static_cast<std::size_t>(sample_idx)];
-    std::copy(cached.begin(), cached.end(), target);
+    const int body_idx = pair(sample_idx).body_idx;
+    const auto kept = kept_rest_.find(body_idx);
+    if (kept != kept_rest_.end())
+        compute_target(sample_idx, kept->second, target);
+    else
+        compute_target(sample_idx, rest_operators(body_idx), target);
 }
 
 std::string TrainingSet::digest() const

@@ -26,26 +26,59 @@ TrainingOptions quick_training(int epochs)
     return options;
 }
 
-std::vector<GradientsF> held_out_predictions(const Synthetic& s, const NdgModel& model)
+RowMatrixF predictions_of(const Synthetic& s, const NeuralModel& model)
 {
     std::vector<PoseInput> inputs;
-    for (const SamplePair& pair : s.samples[0].pairs)
-        inputs.push_back({model.encode(s.bodies.bodies[static_cast<std::size_t>(pair.body_idx)]),
-                          s.poses.poses[static_cast<std::size_t>(pair.pose_idx)]});
-    return model.predict_residuals(inputs);
+    for (const SamplePair& pair : s.samples[0].pairs) inputs.push_back(s.input(model, pair.body_idx, pair.pose_idx));
+    return model.predict(inputs);
 }
 
 /// Trains from the start, or from the checkpoint where there is one.
-NdgModel trained(const Synthetic& s, const NetworkOptions& network, const TrainingOptions& options,
-                 const TrainingCallbacks& callbacks = {}, TrainingResult* result = nullptr)
+NeuralModel trained(const Synthetic& s, const NetworkOptions& network, const TrainingOptions& options,
+                    const TrainingCallbacks& callbacks = {}, TrainingResult* result = nullptr)
 {
-    NdgModel model(network, s.shape_space, s.tube, "tube", 5);
-    const TrainingResult got = train(model, s.set("train", network), s.set("validation", network), options, callbacks);
+    NeuralModel model = s.model(network);
+    const TrainingResult got = train(model, s.set("train", model), s.set("validation", model), options, callbacks);
     if (result) *result = got;
     return model;
 }
 
+/// Five numbers that are linear in what the network sees: two rows of where the upper arm turns to, without the last.
+class ArmNumbers : public OutputSpace {
+public:
+    int width() const override { return 5; }
+    void target(const Body&, const RestOperators&, const Pose& pose, const Eigen::Ref<const PointsF>&,
+                float* target) const override
+    {
+        const Eigen::Matrix3d& arm = pose.parent_from_joint[standard_skeleton().joint("left_upper_arm")];
+        for (int k = 0; k < 5; ++k) target[k] = static_cast<float>(3 * arm(1 + k / 3, k % 3) - k);
+    }
+};
+
 }  // namespace
+
+TEST_CASE("an output space of one's own is learned like any other")
+{
+    const Synthetic s = make_synthetic(60, 20);
+    NetworkOptions network = small_network();
+    for (const int output_basis : {0, 5}) {
+        CAPTURE(output_basis);
+        network.output_basis = output_basis;
+        NeuralModel model(network, InputSpace(s.tube, s.shape_space, true), std::make_shared<ArmNumbers>(), "tube", 5);
+        const TrainingSet training = s.set("train", model), validation = s.set("validation", model);
+        REQUIRE(training.width() == 5);
+        TrainingOptions options = quick_training(150);
+        options.batch_size = 10;
+        train(model, training, validation, options);
+        CHECK(model.curve().validation_loss.back() < 1e-3 * model.curve().initial_validation_loss);
+        const RowMatrixF predictions = predictions_of(s, model);
+        REQUIRE(predictions.cols() == 5);
+        const Eigen::Matrix3d& arm = s.poses.poses[70].parent_from_joint[standard_skeleton().joint("left_upper_arm")];
+        CHECK(predictions(70, 4) == Approx(3 * arm(2, 1) - 4).margin(0.2));
+        CHECK_THROWS_WITH(model.output_space().gradients(s.poses.poses[0], predictions.data()),
+                          Catch::Contains("no deformation gradients"));
+    }
+}
 
 TEST_CASE("training learns the rule and carries it to new bodies and poses")
 {
@@ -54,7 +87,7 @@ TEST_CASE("training learns the rule and carries it to new bodies and poses")
     for (const int output_basis : {0, 12}) {
         CAPTURE(output_basis);
         network.output_basis = output_basis;
-        const NdgModel model = trained(s, network, quick_training(80));
+        const NeuralModel model = trained(s, network, quick_training(80));
         const TrainingCurve& curve = model.curve();
         REQUIRE(curve.epoch.size() == 80);
         REQUIRE(curve.best_epoch >= 1);
@@ -71,16 +104,17 @@ TEST_CASE("the curve's loss is that of the predictions")
 {
     const Synthetic s = make_synthetic(24, 8);
     const NetworkOptions network = small_network();
-    const NdgModel model = trained(s, network, quick_training(5));
-    const std::vector<GradientsF> predictions = held_out_predictions(s, model);
-    const TrainingSet validation = s.set("validation", network);
+    const NeuralModel model = trained(s, network, quick_training(5));
+    const RowMatrixF predictions = predictions_of(s, model);
+    const TrainingSet validation = s.set("validation", model);
+    const std::vector<float> neutral = neutral_prediction(model.output_space());
     double sum = 0, untrained = 0;
     for (int i = 0; i < validation.size(); ++i) {
-        GradientsF target(validation.num_prisms(), 9), identity(validation.num_prisms(), 9);
-        validation.residuals(i, target.data());
-        for (Eigen::Index k = 0; k < identity.size(); ++k) identity.data()[k] = k % 9 % 4 == 0 ? 1.0F : 0.0F;
-        sum += (predictions[static_cast<std::size_t>(24 + i)] - target).cast<double>().squaredNorm() / target.size();
-        untrained += (identity - target).cast<double>().squaredNorm() / target.size();
+        Eigen::RowVectorXf target(validation.width());
+        validation.target(i, target.data());
+        const Eigen::Map<const Eigen::RowVectorXf> start(neutral.data(), target.size());
+        sum += (predictions.row(24 + i) - target).cast<double>().squaredNorm() / target.size();
+        untrained += (start - target).cast<double>().squaredNorm() / target.size();
     }
     const auto best = static_cast<std::size_t>(model.curve().best_epoch - 1);
     CHECK(sum / validation.size() == Approx(model.curve().validation_loss[best]).epsilon(1e-4));
@@ -113,10 +147,10 @@ TEST_CASE("same seed, same weights; another seed, others")
     TrainingOptions options = quick_training(4);
     options.dropout = 0.2;
     options.input_noise = 0.1;
-    const auto first = held_out_predictions(s, trained(s, small_network(), options));
-    CHECK(first == held_out_predictions(s, trained(s, small_network(), options)));
+    const auto first = predictions_of(s, trained(s, small_network(), options));
+    CHECK(first == predictions_of(s, trained(s, small_network(), options)));
     options.seed = 12;
-    CHECK(first != held_out_predictions(s, trained(s, small_network(), options)));
+    CHECK(first != predictions_of(s, trained(s, small_network(), options)));
 }
 
 TEST_CASE("a stopped run resumes where it was and ends with the same weights, bit for bit")
@@ -131,7 +165,7 @@ TEST_CASE("a stopped run resumes where it was and ends with the same weights, bi
         options.schedule = schedule;
         options.dropout = 0.1;
         options.input_noise = 0.05;
-        const NdgModel whole = trained(s, network, options);
+        const NeuralModel whole = trained(s, network, options);
 
         options.checkpoint_path = checkpoint_path_for(folder.file(schedule));
         int steps = 0;
@@ -141,13 +175,13 @@ TEST_CASE("a stopped run resumes where it was and ends with the same weights, bi
         REQUIRE(std::filesystem::exists(options.checkpoint_path));
         callbacks.stop = [] { return false; };
         TrainingResult result;
-        const NdgModel resumed = trained(s, network, options, callbacks, &result);
+        const NeuralModel resumed = trained(s, network, options, callbacks, &result);
         CHECK(result.resumed_epoch == 3);
         CHECK(result.epochs_run == 6);
         CHECK(resumed.curve().train_loss == whole.curve().train_loss);
         CHECK(resumed.curve().validation_loss == whole.curve().validation_loss);
         CHECK(resumed.curve().best_epoch == whole.curve().best_epoch);
-        CHECK(held_out_predictions(s, resumed) == held_out_predictions(s, whole));
+        CHECK(predictions_of(s, resumed) == predictions_of(s, whole));
         remove_checkpoint(options.checkpoint_path);
         CHECK(!std::filesystem::exists(options.checkpoint_path));
     }
@@ -179,7 +213,7 @@ TEST_CASE("patience stops a run that no longer improves")
     options.schedule = "constant";
     options.patience = 4;
     TrainingResult result;
-    const NdgModel model = trained(s, small_network(), options, {}, &result);
+    const NeuralModel model = trained(s, small_network(), options, {}, &result);
     CHECK(result.stopped_early);
     CHECK(result.epochs_run == model.curve().best_epoch + 4);
     CHECK(result.epochs_run < 2000);
@@ -201,8 +235,7 @@ TEST_CASE("a model and samples that do not fit each other are refused")
     const Synthetic s = make_synthetic(16, 4);
     NetworkOptions without_shape = small_network();
     without_shape.shape = false;
-    NdgModel model(without_shape, s.shape_space, s.tube, "tube", 5);
-    CHECK_THROWS_AS(
-        train(model, s.set("train", small_network()), s.set("validation", small_network()), quick_training(1)),
-        InputError);
+    NeuralModel model = s.model(without_shape);
+    const NeuralModel other = s.model(small_network());
+    CHECK_THROWS_AS(train(model, s.set("train", other), s.set("validation", other), quick_training(1)), InputError);
 }

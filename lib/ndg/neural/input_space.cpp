@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "ndg/neural/input_space.h"
+
+#include "ndg/core/error.h"
+
+#include <algorithm>
+
+namespace ndg {
+namespace {
+
+constexpr double visible_weight = 1e-3;
+
+std::vector<int> find_visible_joints(const Template& body_template)
+{
+    const Skeleton& skeleton = body_template.skeleton;
+    const SkinningWeights weights = body_template.volume_weights();
+    std::vector<int> visible(skeleton.num_joints(), 0);
+    for (Eigen::Index i = 0; i < weights.size(); ++i)
+        for (int k = 0; k < max_influences; ++k)
+            if (weights.weights(i, k) >= visible_weight) visible[weights.joints(i, k)] = 1;
+    // A joint turns its descendants too; parents come before children.
+    for (int joint = skeleton.num_joints() - 1; joint > 0; --joint)
+        if (visible[joint]) visible[skeleton.parents[joint]] = 1;
+    if (!visible.empty()) visible[0] = 0;
+    return visible;
+}
+
+}  // namespace
+
+InputSpace::InputSpace(const Template& body_template, const ShapeSpace& shape_space, bool sees_shape)
+    : shape_space_(shape_space),
+      sees_shape_(sees_shape),
+      joint_names_(body_template.skeleton.joint_names),
+      visible_joints_(find_visible_joints(body_template))
+{
+    require_input(shape_space.mean.size() == 3 * body_template.num_volume_vertices(),
+                  "the shape space has {} coordinates where the template's volume has {}", shape_space.mean.size(),
+                  3 * body_template.num_volume_vertices());
+}
+
+int InputSpace::width() const
+{
+    return 9 * static_cast<int>(visible_joints_.size()) + (sees_shape_ ? shape_space_.dimension() : 0);
+}
+
+Eigen::RowVectorXf InputSpace::features(const PoseInput& input) const
+{
+    const int num_joints = static_cast<int>(visible_joints_.size());
+    require_input(input.pose.parent_from_joint.size() == visible_joints_.size(),
+                  "the pose has {} joints where the network expects {}", input.pose.parent_from_joint.size(),
+                  num_joints);
+    Eigen::RowVectorXf features = Eigen::RowVectorXf::Zero(width());
+    for (int joint = 0; joint < num_joints; ++joint) {
+        if (!visible_joints_[joint]) continue;
+        const Eigen::Matrix3d& rotation = input.pose.parent_from_joint[joint];
+        for (int row = 0; row < 3; ++row)
+            for (int col = 0; col < 3; ++col)
+                features[9 * joint + 3 * row + col] = static_cast<float>(rotation(row, col) - (row == col ? 1.0 : 0.0));
+    }
+    if (!sees_shape_) return features;
+    require_input(input.shape_code.size() == shape_space_.dimension(),
+                  "the shape code has {} numbers where the network's shape space has {}", input.shape_code.size(),
+                  shape_space_.dimension());
+    for (int k = 0; k < shape_space_.dimension(); ++k)
+        features[9 * num_joints + k] =
+            static_cast<float>(input.shape_code[k] / std::max(shape_space_.standard_deviations[k], 1e-12));
+    return features;
+}
+
+}  // namespace ndg

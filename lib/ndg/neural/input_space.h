@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a network sees: a pose and a body's shape (NDG section 4.4).
+//
+// Deviations from the paper, both exact:
+// - The root's rotation is left out (its nine numbers are those of the identity). Without gravity the deformation turns
+//   with the root, and output spaces do likewise; the network would only have to learn to ignore it.
+// - Joints that move no part of the volume (fingers, jaw, eyes) are left out: the simulation cannot see them.
+#pragma once
+
+#include "ndg/body/shape_space.h"
+#include "ndg/body/template.h"
+
+#include <string>
+#include <vector>
+
+namespace ndg {
+
+/// One row of input: a pose and a body.
+struct PoseInput {
+    Eigen::VectorXd shape_code;  ///< InputSpace::encode of the body, d
+    Pose pose;
+};
+
+class InputSpace {
+public:
+    /// Without `sees_shape` the shape's numbers are missing. Throws InputError when the shape space is not one of the
+    /// template's volume.
+    InputSpace(const Template& body_template, const ShapeSpace& shape_space, bool sees_shape);
+
+    /// 9 J + d, or 9 J.
+    int width() const;
+    int num_volume_vertices() const { return static_cast<int>(shape_space_.mean.size() / 3); }
+    const ShapeSpace& shape_space() const { return shape_space_; }
+    const std::vector<std::string>& joint_names() const { return joint_names_; }
+    /// 1 for the joints that are seen: those that carry, or have a descendant that carries, at least a thousandth of
+    /// some volume vertex; 0 for the others and for the root. J entries.
+    const std::vector<int>& visible_joints() const { return visible_joints_; }
+
+    /// The code of a body's rest shape, for PoseInput; encode once a body.
+    Eigen::VectorXd encode(const Body& body) const { return shape_space_.encode(body.volume_vertices); }
+    /// R_j - I row by row for each joint (zero where it is not seen), then code / standard deviation. Throws InputError
+    /// for a wrong number of joints or codes.
+    Eigen::RowVectorXf features(const PoseInput& input) const;
+
+private:
+    ShapeSpace shape_space_;
+    bool sees_shape_;
+    std::vector<std::string> joint_names_;
+    std::vector<int> visible_joints_;
+};
+
+}  // namespace ndg

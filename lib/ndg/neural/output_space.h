@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a network predicts for a body in a pose. Nothing else in this module knows what the predicted numbers mean.
+#pragma once
+
+#include "ndg/body/template.h"
+#include "ndg/deform/posed_body.h"
+#include "ndg/deform/rest_cache.h"
+#include "ndg/deform/rest_operators.h"
+#include "ndg/neural/options.h"
+
+#include <memory>
+#include <vector>
+
+namespace at {
+class Tensor;
+}
+
+namespace ndg {
+
+/// The network gives width() raw outputs a sample; the activation turns them into a prediction of as many numbers. By
+/// default the raw outputs are the prediction. Constant once made, so several threads may use one.
+class OutputSpace {
+public:
+    virtual ~OutputSpace() = default;
+
+    virtual int width() const = 0;
+
+    /// What should have been predicted for a body that has `vertices` (N_v x 3) in a pose. Writes width() numbers.
+    virtual void target(const Body& body, const RestOperators& rest, const Pose& pose,
+                        const Eigen::Ref<const PointsF>& vertices, float* target) const = 0;
+
+    /// The flesh of a posed body, N_v x 3. By default reconstructed from gradients().
+    virtual Points vertices(const PosedBody& posed, RestCache& rest, const float* prediction) const;
+    /// F_p of every prism, world frame: what PoissonReconstruction::reconstruct takes. Throws InputError where
+    /// predictions are nothing of the kind.
+    virtual GradientsF gradients(const Pose& pose, const float* prediction) const;
+
+    /// Predictions of raw outputs, (B, width()) to the same shape, differentiable, on any device.
+    virtual at::Tensor activate(const at::Tensor& outputs) const;
+
+    /// Whether there is an approximate_inverse; a fixed basis of outputs needs one.
+    virtual bool has_approximate_inverse() const { return true; }
+    /// Raw outputs whose prediction is near this one; zeros for the neutral prediction.
+    virtual void approximate_inverse(const float* prediction, float* outputs) const;
+};
+
+/// The prediction of zero outputs, where every network starts: the animation without a network.
+std::vector<float> neutral_prediction(const OutputSpace& space);
+
+/// The space that `options.output_space` names. Throws InputError for a name that the table in output_space.cpp lacks.
+std::unique_ptr<OutputSpace> make_output_space(const Template& body_template, const NetworkOptions& options);
+std::vector<std::string> output_space_names();
+
+}  // namespace ndg

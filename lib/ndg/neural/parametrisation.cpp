@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "ndg/neural/parametrisation.h"
+
+#include "ndg/core/error.h"
+#include "ndg/neural/matrix_exponential.h"
+
+#include <torch/csrc/autograd/custom_function.h>
+#include <Eigen/Geometry>
+#include <Eigen/SVD>
+
+#include <vector>
+
+namespace ndg {
+namespace {
+
+using torch::Tensor;
+using Matrix3fRow = Eigen::Matrix<float, 3, 3, Eigen::RowMajor>;
+
+constexpr double smallest_stretch = 0.05;
+
+std::size_t num_matrices(const Tensor& tensor)
+{
+    return static_cast<std::size_t>(tensor.numel() / 9);
+}
+
+struct ExponentialFunction : torch::autograd::Function<ExponentialFunction> {
+    static Tensor forward(torch::autograd::AutogradContext* context, const Tensor& matrices)
+    {
+        const Tensor input = matrices.contiguous();
+        Tensor output = torch::empty_like(input);
+        matrix_exponential(input.data_ptr<float>(), num_matrices(input), output.data_ptr<float>());
+        context->save_for_backward({input});
+        return output;
+    }
+
+    static torch::autograd::tensor_list backward(torch::autograd::AutogradContext* context,
+                                                 torch::autograd::tensor_list gradients)
+    {
+        const Tensor input = context->get_saved_variables()[0];
+        const Tensor gradient = gradients[0].contiguous();
+        Tensor result = torch::empty_like(input);
+        matrix_exponential_adjoint(input.data_ptr<float>(), gradient.data_ptr<float>(), num_matrices(input),
+                                   result.data_ptr<float>());
+        return {result};
+    }
+};
+
+/// log(R) + log(S) of the polar decomposition F = R S, with the stretches raised to at least `smallest_stretch` so that
+/// it exists for inverted prisms too. Equal to log(F) where R and S commute.
+void exponential_inverse(const float* residual, float* q)
+{
+    const Eigen::Matrix3d gradient = Eigen::Map<const Matrix3fRow>(residual).cast<double>();
+    const Eigen::JacobiSVD<Eigen::Matrix3d> svd(gradient, Eigen::ComputeFullU | Eigen::ComputeFullV);
+    Eigen::Matrix3d u = svd.matrixU();
+    const Eigen::Matrix3d& v = svd.matrixV();
+    Eigen::Vector3d stretches = svd.singularValues();
+    if ((u * v.transpose()).determinant() < 0) {
+        u.col(2) *= -1;
+        stretches[2] *= -1;
+    }
+    stretches = stretches.cwiseMax(smallest_stretch);
+    const Eigen::AngleAxisd rotation{Eigen::Matrix3d(u * v.transpose())};
+    const Eigen::Vector3d axis = rotation.angle() * rotation.axis();
+    Eigen::Matrix3d log_rotation;
+    log_rotation << 0, -axis.z(), axis.y(), axis.z(), 0, -axis.x(), -axis.y(), axis.x(), 0;
+    Eigen::Map<Matrix3fRow>(q) =
+        (log_rotation + v * stretches.array().log().matrix().asDiagonal() * v.transpose()).cast<float>();
+}
+
+Tensor direct(const Tensor& q)
+{
+    return q + torch::eye(3, q.options()).reshape({1, 1, 9});
+}
+
+void direct_inverse(const float* residual, float* q)
+{
+    const Eigen::Matrix3d gradient = Eigen::Map<const Matrix3fRow>(residual).cast<double>();
+    Eigen::Map<Matrix3fRow>(q) = (gradient - Eigen::Matrix3d::Identity()).cast<float>();
+}
+
+/// left times (exp(Q00) Q01 Q02; 0 exp(Q11) Q12; 0 0 exp(Q22)), given the nine entries of Q.
+Tensor times_positive_upper_triangular(const Tensor& left, const std::vector<Tensor>& q)
+{
+    const Tensor zero = torch::zeros_like(q[0]);
+    const Tensor right = torch::stack({q[0].exp(), q[1], q[2], zero, q[4].exp(), q[5], zero, zero, q[8].exp()}, -1);
+    return torch::bmm(left.reshape({-1, 3, 3}), right.reshape({-1, 3, 3})).reshape(left.sizes());
+}
+
+Tensor lu(const Tensor& matrices)
+{
+    const std::vector<Tensor> q = matrices.unbind(-1);
+    const Tensor zero = torch::zeros_like(q[0]), one = torch::ones_like(q[0]);
+    return times_positive_upper_triangular(torch::stack({one, zero, zero, q[3], one, zero, q[6], q[7], one}, -1), q);
+}
+
+Tensor qr(const Tensor& matrices)
+{
+    const std::vector<Tensor> q = matrices.unbind(-1);
+    const Tensor zero = torch::zeros_like(q[0]);
+    const Tensor skew = torch::stack({zero, -q[3], -q[6], q[3], zero, -q[7], q[6], q[7], zero}, -1);
+    return times_positive_upper_triangular(differentiable_exponential(skew), q);
+}
+
+const Parametrisation parametrisations[] = {
+    {"exponential", differentiable_exponential, exponential_inverse},
+    {"direct", direct, direct_inverse},
+    {"lu", lu, nullptr},
+    {"qr", qr, nullptr},
+};
+
+}  // namespace
+
+const Parametrisation& find_parametrisation(const std::string& name)
+{
+    for (const Parametrisation& candidate : parametrisations)
+        if (name == candidate.name) return candidate;
+    throw InputError(fmt::format("there is no parametrisation \"{}\"", name));
+}
+
+torch::Tensor differentiable_exponential(const torch::Tensor& matrices)
+{
+    if (matrices.device().is_cpu()) return ExponentialFunction::apply(matrices);
+    return torch::matrix_exp(matrices.reshape({-1, 3, 3})).reshape(matrices.sizes());
+}
+
+}  // namespace ndg
