@@ -35,7 +35,7 @@ TEST_CASE("An untrained network poses bodies as Gradient Skinning does")
     const test::TemporaryFolder folder;
     NetworkInputs inputs;
     inputs.model_path = folder.file("model.h5");
-    NdgModel(test::small_network(), s.shape_space, s.tube, "", 5).save(inputs.model_path, Provenance{});
+    NeuralModel(test::small_network(), s.shape_space, s.tube, "", 5).save(inputs.model_path, Provenance{});
     NetworkDeformer network(s.tube, inputs);
     const BodyPoser poser(s.tube);
     RestCache rest(s.tube);
@@ -52,7 +52,7 @@ TEST_CASE("Several bodies at once are what they are one by one, and what their g
     inputs.model_path = folder.file("model.h5");
     {
         const NetworkOptions options = test::small_network();
-        NdgModel model(options, s.shape_space, s.tube, "", 5);
+        NeuralModel model(options, s.shape_space, s.tube, "", 5);
         TrainingOptions training;
         training.epochs = 3;
         training.learning_rate = 0.02;
@@ -82,6 +82,6 @@ TEST_CASE("A method without its model, or with another template's, is an input e
     const test::TemporaryFolder folder;
     NetworkInputs inputs;
     inputs.model_path = folder.file("model.h5");
-    NdgModel(test::small_network(), s.shape_space, s.tube, "another", 5).save(inputs.model_path, Provenance{});
+    NeuralModel(test::small_network(), s.shape_space, s.tube, "another", 5).save(inputs.model_path, Provenance{});
     CHECK_THROWS_AS(NetworkDeformer(s.tube, inputs), InputError);
 }
