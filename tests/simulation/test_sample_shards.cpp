@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Shards of a dataset: status, joining, checking; samples that fail; replay.
-#include "fem/sample_scene.h"
+#include "simulation/sample_scene.h"
 #include "ndg/core/error.h"
 #include "ndg/core/threads.h"
 #include "ndg/dataset/check_dataset.h"

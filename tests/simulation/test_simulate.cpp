@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Generation of samples: shards, interruption, resumption.
-#include "fem/sample_scene.h"
+#include "simulation/sample_scene.h"
 #include "ndg/core/error.h"
 #include "ndg/core/threads.h"
 #include "ndg/simulation/simulate.h"
