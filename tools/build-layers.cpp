@@ -69,7 +69,7 @@ int main(int argc, char** argv)
         const std::vector<Person> people = people_of_skins(skins, skins_path, people_options);
         const Provenance provenance = tool.provenance();
         const LayerBuilder builder(body_template, options);
-        const PartStore store(output, "bodies", provenance.config_json + body_template.file_sha256, tool.force());
+        const PartStore store(output, body_parts, provenance.config_json + body_template.file_sha256, tool.force());
         LayerBatch batch = build_layer_batch(builder, skins, people, store, interrupt_requested);
         batch.bodies.template_sha256 = body_template.file_sha256;
         const std::size_t count = skins.bodies.size(), built = batch.bodies.bodies.size();

@@ -4,6 +4,7 @@
 #include "ndg/core/interrupt.h"
 #include "ndg/core/tool.h"
 #include "ndg/registration/batch_report.h"
+#include "ndg/registration/fit_part.h"
 #include "ndg/scan/people.h"
 
 #include <fmt/format.h>
@@ -91,7 +92,7 @@ int main(int argc, char** argv)
         }
         const BodyFitter fitter(body_template, options, joint_examples);
         const std::vector<std::string> files = scan_files(scans);
-        const PartStore store(output, "scans", key, tool.force());
+        const PartStore store(output, scan_parts, key, tool.force());
         const std::vector<BatchEntry> entries =
             fit_batch(fitter, files, options, body_template.skin_triangles, batch, store, interrupt_requested);
 

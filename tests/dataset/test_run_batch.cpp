@@ -21,6 +21,7 @@ namespace fs = std::filesystem;
 namespace {
 
 const auto never = [] { return false; };
+const PartKind square_parts = {"test-square-part", 1, "squares"};
 
 /// Squares of the numbers 0 to 9, where 7 fails.
 struct Squares {
@@ -71,7 +72,7 @@ TEST_CASE("A batch gives the same with one thread and several, and finds its fai
     for (const int threads : {1, 2, 5}) {
         Squares squares;
         set_num_threads(threads);
-        const PartStore store(squares.output, "squares", "key", false);
+        const PartStore store(squares.output, square_parts, "key", false);
         CHECK(run_batch(store, squares.batch, never) == 0);
         CHECK(squares.made == 10);
         CHECK(squares.workers >= 1);
@@ -94,7 +95,7 @@ TEST_CASE("An interrupted batch keeps what is finished and goes on from there")
 {
     Squares squares;
     {
-        const PartStore store(squares.output, "squares", "key", false);
+        const PartStore store(squares.output, square_parts, "key", false);
         int asked = 0;
         CHECK_THROWS_WITH(run_batch(store, squares.batch, [&] { return ++asked > 4; }),
                           Contains("finished squares are kept") && Contains(squares.output + ".parts"));
@@ -102,7 +103,7 @@ TEST_CASE("An interrupted batch keeps what is finished and goes on from there")
     CHECK(squares.made == 4);
     CHECK_FALSE(parts_status(squares.output)->running);
     fs::copy_file(squares.part(0), squares.part(9) + ".123.tmp");  // as a killed process leaves it
-    const PartStore store(squares.output, "squares", "key", false);
+    const PartStore store(squares.output, square_parts, "key", false);
     CHECK_FALSE(fs::exists(squares.part(9) + ".123.tmp"));
     CHECK(run_batch(store, squares.batch, never) == 4);
     CHECK(squares.made == 10);
@@ -125,7 +126,7 @@ TEST_CASE("Exceptions that are no item's own end the batch, and leave the parall
         return batch;
     };
     {
-        const PartStore store(squares.output, "squares", "key", false);
+        const PartStore store(squares.output, square_parts, "key", false);
         CHECK_THROWS_AS(run_batch(store, batch_that_throws(InputError("wrong file")), never), InputError);
         CHECK_THROWS_AS(run_batch(store, batch_that_throws(Interrupted("stopped inside")), never), Interrupted);
         CHECK_THROWS_AS(run_batch(store, batch_that_throws(std::bad_alloc()), never), std::bad_alloc);
@@ -143,7 +144,7 @@ TEST_CASE("Exceptions that are no item's own end the batch, and leave the parall
 TEST_CASE("Parts that are damaged, of another item or of a worker that stopped half-way are made again")
 {
     Squares squares;
-    const PartStore store(squares.output, "squares", "key", false);
+    const PartStore store(squares.output, square_parts, "key", false);
     run_batch(store, squares.batch, never);
     fs::resize_file(squares.part(2), fs::file_size(squares.part(2)) / 2);
     fs::copy_file(squares.part(3), squares.part(4), fs::copy_options::overwrite_existing);
@@ -163,22 +164,22 @@ TEST_CASE("One process at a time, and parts of another key are kept unless they 
 {
     Squares squares;
     {
-        const PartStore store(squares.output, "squares", "key", false);
-        CHECK_THROWS_WITH(PartStore(squares.output, "squares", "key", false),
+        const PartStore store(squares.output, square_parts, "key", false);
+        CHECK_THROWS_WITH(PartStore(squares.output, square_parts, "key", false),
                           Contains("is at these squares already") && Contains(std::to_string(::getpid())));
-        CHECK_THROWS_AS(PartStore(squares.output, "squares", "key", true), InputError);
+        CHECK_THROWS_AS(PartStore(squares.output, square_parts, "key", true), InputError);
         run_batch(store, squares.batch, never);
     }
-    CHECK_THROWS_WITH(PartStore(squares.output, "squares", "another key", false),
+    CHECK_THROWS_WITH(PartStore(squares.output, square_parts, "another key", false),
                       Contains("holds 10 squares") && Contains("--force"));
     {
-        const PartStore store(squares.output, "squares", "key", true);  // nothing to discard
+        const PartStore store(squares.output, square_parts, "key", true);  // nothing to discard
         CHECK(run_batch(store, squares.batch, never) == 10);
     }
-    const PartStore store(squares.output, "squares", "another key", true);
+    const PartStore store(squares.output, square_parts, "another key", true);
     CHECK(run_batch(store, squares.batch, never) == 0);
     CHECK(squares.results(store) == expected);
 
     std::ofstream(squares.folder.file("blocked.parts")).flush();
-    CHECK_THROWS_AS(PartStore(squares.folder.file("blocked"), "squares", "key", false), InputError);
+    CHECK_THROWS_AS(PartStore(squares.folder.file("blocked"), square_parts, "key", false), InputError);
 }

@@ -174,7 +174,7 @@ TEST_CASE("A skin that fails is set apart, and people must be known", "[layers]"
     CHECK(people[0].sex == 1.0);
     CHECK(people[1].age_years == 50.0);
     const std::string output = folder.file("bodies.h5");
-    const PartStore store(output, "bodies", "key", false);
+    const PartStore store(output, body_parts, "key", false);
     CHECK_THROWS_AS(build_layer_batch(builder, skins, people, store, [] { return true; }), Interrupted);
     // The tube has no landmarks to measure girths at, and the second skin is broken besides.
     const LayerBatch batch = build_layer_batch(builder, skins, people, store, [] { return false; });

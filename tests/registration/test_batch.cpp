@@ -3,6 +3,7 @@
 #include "ndg/core/file.h"
 #include "ndg/io/mesh.h"
 #include "ndg/registration/batch_report.h"
+#include "ndg/registration/fit_part.h"
 #include "registration/person.h"
 #include "support/support.h"
 
@@ -29,7 +30,7 @@ TEST_CASE("a batch reports bad scans, goes on, and starts again where it was sto
     const BodyFitter fitter(test::skin_template(), options);
     BatchOptions batch;
     const auto never = [] { return false; };
-    const PartStore store(folder.file("out.h5"), "scans", "key", false);
+    const PartStore store(folder.file("out.h5"), scan_parts, "key", false);
     CHECK_THROWS_AS(fit_batch(fitter, files, options, skin.triangles, batch, store, [] { return true; }), Interrupted);
     const auto entries = fit_batch(fitter, files, options, skin.triangles, batch, store, never);
     REQUIRE(entries.size() == 3);

@@ -111,7 +111,7 @@ TEST_CASE("The status tells what is done, what runs and what is left")
                  Contains("2 of 4 done") && Contains("1 complete") && Contains("1 stopped") &&
                      Contains("unfinished  1,2\n") && Contains("nothing is running"));
     {
-        const PartStore at_work(second, "samples", "key", true);
+        const PartStore at_work(second, sample_parts, "key", true);
         const std::vector<ShardStatus> shards = dataset_status(scene.dataset, scene.splits, 0);
         REQUIRE(shards[1].state == ShardStatus::running);
         REQUIRE(shards[1].process.find(std::to_string(::getpid())) != std::string::npos);

@@ -16,23 +16,6 @@ using test::require_same_samples;
 using test::SampleScene;
 namespace fs = std::filesystem;
 
-TEST_CASE("Shards are parsed and take every n-th pair")
-{
-    const SampleScene scene;
-    const Shard shard = parse_shard("2/3");
-    REQUIRE(shard.index == 2);
-    REQUIRE(shard.count == 3);
-    for (const char* wrong : {"", "3/3", "-1/3", "1", "1/0", "1/3x", "a/b"}) {
-        REQUIRE_THROWS_AS(parse_shard(wrong), InputError);
-    }
-    const auto tasks = sample_tasks(scene.splits, Shard{0, 3});
-    REQUIRE(tasks.size() == 2);
-    REQUIRE(tasks[1].sample_idx == 3);
-    REQUIRE(tasks[1].split == "test");
-    REQUIRE(tasks[1].pair.body_idx == 1);
-    REQUIRE_THROWS_AS(sample_tasks(scene.splits, Shard{5, 9}), InputError);
-}
-
 TEST_CASE("One run and two threads give the same samples")
 {
     const SampleScene scene;

@@ -65,7 +65,7 @@ void check_made(const Template& made, const ParametricSurface& own, const Parame
     skins.bodies[1].skin_vertices(5, 1) = std::nan("");
     const std::vector<Person> people(3, person);
     const LayerBuilder builder(made, {});
-    const PartStore store(folder.file("bodies.h5"), "bodies", "key", false);
+    const PartStore store(folder.file("bodies.h5"), body_parts, "key", false);
     const auto never = [] { return false; };
     const LayerBatch whole = build_layer_batch(builder, skins, people, store, never);
     REQUIRE(whole.bodies.bodies.size() == 2);

@@ -23,8 +23,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const std::string part_format = "ndg-part";
-constexpr int part_version = 1;
 const std::string done_ending = ".h5", failed_ending = ".failed.h5";
 
 std::string folder_of(const std::string& output)
@@ -170,14 +168,14 @@ std::optional<PartsStatus> parts_status(const std::string& output)
     return status;
 }
 
-PartStore::PartStore(const std::string& output, const std::string& kind, const std::string& key, bool discard)
-    : path_(folder_of(output)), kind_(kind), key_(sha256(key))
+PartStore::PartStore(const std::string& output, const PartKind& kind, const std::string& key, bool discard)
+    : path_(folder_of(output)), key_(sha256(key)), kind_(kind)
 {
     std::error_code error;
     fs::create_directories(path_, error);
     require_input(!error && fs::is_directory(path_), "{}: the folder for finished {} could not be made ({})", path_,
-                  kind_, error ? error.message() : "a file of that name exists");
-    lock_ = take_lock(path_, kind_);
+                  kind_.items, error ? error.message() : "a file of that name exists");
+    lock_ = take_lock(path_, kind_.items);
     try {
         const std::string previous_key = read_holder(path_).key;
         if (!previous_key.empty() && previous_key != key_) {
@@ -186,9 +184,10 @@ PartStore::PartStore(const std::string& output, const std::string& kind, const s
             require_input(discard || found->done + found->failed == 0,
                           "{}: holds {} {} made by another program version, from other inputs or with other options; "
                           "--force discards them",
-                          path_, found->done + found->failed, kind_);
+                          path_, found->done + found->failed, kind_.items);
             if (const int count = remove_files(path_, is_part)) {
-                log_info("{} {} of another program version, other inputs or options were discarded", count, kind_);
+                log_info("{} {} of another program version, other inputs or options were discarded", count,
+                         kind_.items);
             }
         }
         write_holder(lock_, path_, key_);
@@ -221,7 +220,8 @@ void PartStore::write_failure(const BatchItem& item, const std::string& reason) 
 void PartStore::write_part(const BatchItem& item, const std::string& failure, const PartWriter& payload) const
 {
     const std::lock_guard<std::mutex> lock(mutex_);
-    H5Writer file(part_path(path_, item, failure.empty() ? done_ending : failed_ending), part_format, part_version, {});
+    H5Writer file(part_path(path_, item, failure.empty() ? done_ending : failed_ending), kind_.format, kind_.version,
+                  {});
     file.attribute("key", key_);
     file.attribute("item", item.identity);
     file.attribute("failure", failure);
@@ -236,7 +236,7 @@ std::optional<std::string> PartStore::find(const BatchItem& item, const PartRead
         const std::string path = part_path(path_, item, ending);
         if (!fs::exists(path)) continue;
         try {
-            const H5Reader file(path, part_format, part_version);
+            const H5Reader file(path, kind_.format, kind_.version);
             if (file.attribute("key") == key_ && file.attribute("item") == item.identity) {
                 std::string failure = file.attribute("failure");
                 if (failure.empty()) payload(file);
@@ -263,7 +263,8 @@ void PartStore::remove() const
 {
     std::error_code error;
     fs::remove_all(path_, error);
-    if (error) log_warning("{}: the folder of finished {} could not be removed ({})", path_, kind_, error.message());
+    if (error)
+        log_warning("{}: the folder of finished {} could not be removed ({})", path_, kind_.items, error.message());
 }
 
 }  // namespace ndg

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Finished items of a batch beside its output, one file each, so that a run killed at any moment loses only what it was
-// at. Format "ndg-part", version 1: attributes key, item, failure (empty: none) and, unless the item failed, what the
-// batch's own writer adds.
+// at. Every part has the attributes key, item and failure (empty: none) and, unless the item failed, what its own
+// writer adds.
 #pragma once
 
 #include "ndg/io/h5.h"
@@ -18,6 +18,13 @@ struct BatchItem {
     std::string file;      ///< name of its part without ending, unique in the batch
     std::string identity;  ///< what the item depends on besides the batch's key; a part of another one is not used
     std::string label;     ///< in messages: "sample 3 (body 0 in pose 7)"
+};
+
+/// What is kept in a folder of parts.
+struct PartKind {
+    std::string format;  ///< of each part, e.g. "ndg-fem-part"
+    int version = 1;
+    std::string items;  ///< in messages, e.g. "samples"
 };
 
 /// Writes the payload of a part.
@@ -39,11 +46,10 @@ std::optional<PartsStatus> parts_status(const std::string& output);
 /// write, write_failure and read may be called by several threads.
 class PartStore {
 public:
-    /// `kind`: what the items are in messages, e.g. "samples". `key`: all that they depend on alike, the program's
-    /// version included. Makes the folder, and removes what a killed run left half-written. Throws InputError when it
-    /// cannot be made or written, another process is at it, or it holds parts of another key, unless `discard` removes
-    /// those.
-    PartStore(const std::string& output, const std::string& kind, const std::string& key, bool discard);
+    /// `key`: all that the items depend on alike, the program's version included. Makes the folder, and removes what a
+    /// killed run left half-written. Throws InputError when it cannot be made or written, another process is at it, or
+    /// it holds parts of another key, unless `discard` removes those.
+    PartStore(const std::string& output, const PartKind& kind, const std::string& key, bool discard);
     ~PartStore();
     PartStore(const PartStore&) = delete;
     PartStore& operator=(const PartStore&) = delete;
@@ -60,12 +66,13 @@ public:
     void remove() const;
 
     const std::string& path() const { return path_; }
-    const std::string& kind() const { return kind_; }
+    const PartKind& kind() const { return kind_; }
 
 private:
     void write_part(const BatchItem& item, const std::string& failure, const PartWriter& payload) const;
 
-    std::string path_, kind_, key_;
+    std::string path_, key_;
+    PartKind kind_;
     mutable std::mutex mutex_;  ///< HDF5 is not thread-safe
     int lock_ = -1;
 };

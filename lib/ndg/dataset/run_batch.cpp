@@ -74,7 +74,7 @@ int run_batch(const PartStore& store, const Batch& batch, const std::function<bo
     const std::vector<int> open = open_items(store, batch);
     const std::size_t num_stored = batch.items.size() - open.size();
     if (num_stored > 0) {
-        log_info("{} of {} {} stand already in {}", num_stored, batch.items.size(), store.kind(), store.path());
+        log_info("{} of {} {} stand already in {}", num_stored, batch.items.size(), store.kind().items, store.path());
     }
     Progress progress(batch.task, open.size());
     std::atomic<std::size_t> next{0};
@@ -103,7 +103,7 @@ int run_batch(const PartStore& store, const Batch& batch, const std::function<bo
     if (first_exception) std::rethrow_exception(first_exception);
     if (stopped) {
         throw Interrupted(fmt::format("interrupted; finished {} are kept in {}, the same command goes on from there",
-                                      store.kind(), store.path()));
+                                      store.kind().items, store.path()));
     }
     return static_cast<int>(num_stored);
 }

@@ -20,6 +20,8 @@ struct PeopleOptions {
 /// out of range.
 std::vector<Person> people_of_skins(const SkinSet& skins, const std::string& path, const PeopleOptions& options);
 
+inline const PartKind body_parts = {"ndg-body-part", 1, "bodies"};
+
 struct LayerBatch {
     BodySet bodies;                     ///< those that succeeded, in the skins' order, with layer_parameters
     std::vector<std::string> failures;  ///< one sentence for each skin that failed

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "ndg/dataset/part_store.h"
 #include "ndg/registration/fit_body.h"
 
 namespace ndg {
 
-class H5Reader;
-class H5Writer;
+inline const PartKind scan_parts = {"ndg-fit-part", 2, "scans"};
 
-/// A finished scan of a batch as the payload of its part (dataset/part_store.h), double precision. The report comes
+/// A finished scan of a batch as the payload of its part, double precision. The report comes
 /// back as it was written.
 void write_fit(H5Writer& writer, const FittedBody& fitted);
 /// Throws InputError for anything but a whole one.

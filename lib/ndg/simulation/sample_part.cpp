@@ -2,7 +2,6 @@
 #include "ndg/simulation/sample_part.h"
 
 #include "ndg/core/error.h"
-#include "ndg/io/h5.h"
 
 namespace ndg {
 

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// A simulated sample, and its payload in a part (dataset/part_store.h): attributes stop_reason and the sample's
-// statistics; /sample/vertices (1 x N_v x 3 float32).
+// A simulated sample, and its payload in a part: attributes stop_reason and the sample's statistics; /sample/vertices
+// (1 x N_v x 3 float32).
 #pragma once
+
+#include "ndg/dataset/part_store.h"
 
 #include <map>
 #include <string>
@@ -9,8 +11,7 @@
 
 namespace ndg {
 
-class H5Reader;
-class H5Writer;
+inline const PartKind sample_parts = {"ndg-fem-part", 3, "samples"};
 
 struct SamplePart {
     std::vector<float> vertices;               ///< N_v * 3, row-major

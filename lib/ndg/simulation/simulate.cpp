@@ -163,10 +163,10 @@ DeformationSet simulate_samples(const Template& body_template, const BodySet& bo
     if (!force && holds_samples(output, key, tasks)) {
         log_info("{} holds all {} samples already", output, tasks.size());
         // A run killed after its last step may have left its parts.
-        if (parts_status(output)) PartStore(output, "samples", key, true).remove();
+        if (parts_status(output)) PartStore(output, sample_parts, key, true).remove();
         return open_deformations(output);
     }
-    const PartStore store(output, "samples", key, force);
+    const PartStore store(output, sample_parts, key, force);
     std::vector<SampleTask> ordered = tasks;  // bodies together, so that each is set up once
     std::stable_sort(ordered.begin(), ordered.end(),
                      [](const SampleTask& a, const SampleTask& b) { return a.pair.body_idx < b.pair.body_idx; });
