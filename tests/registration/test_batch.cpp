@@ -3,8 +3,11 @@
 #include "ndg/core/file.h"
 #include "ndg/io/mesh.h"
 #include "ndg/registration/batch_report.h"
+#include "ndg/scan/scan_simulation.h"
 #include "registration/person.h"
 #include "support/support.h"
+
+#include <catch2/catch.hpp>
 
 #include <fstream>
 
