@@ -5,6 +5,7 @@
 #include "ndg/geometry/closest_point.h"
 #include "ndg/geometry/decimate.h"
 #include "ndg/geometry/dynamic_mesh.h"
+#include "ndg/geometry/intersections.h"
 #include "ndg/geometry/triangle_mesh.h"
 
 #include <catch2/catch.hpp>

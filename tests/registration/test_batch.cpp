@@ -4,8 +4,11 @@
 #include "ndg/io/mesh.h"
 #include "ndg/registration/batch_report.h"
 #include "ndg/registration/fit_part.h"
+#include "ndg/scan/scan_simulation.h"
 #include "registration/person.h"
 #include "support/support.h"
+
+#include <catch2/catch.hpp>
 
 #include <fstream>
 

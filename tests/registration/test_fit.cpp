@@ -3,8 +3,11 @@
 #include "ndg/io/mesh.h"
 #include "ndg/registration/fit_errors.h"
 #include "ndg/registration/initial_alignment.h"
+#include "ndg/scan/scan_simulation.h"
 #include "registration/person.h"
 #include "support/support.h"
+
+#include <catch2/catch.hpp>
 
 #include <cmath>
 

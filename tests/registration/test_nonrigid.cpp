@@ -2,6 +2,8 @@
 #include "ndg/registration/nonrigid_fit.h"
 #include "registration/person.h"
 
+#include <catch2/catch.hpp>
+
 #include <map>
 
 using namespace ndg;

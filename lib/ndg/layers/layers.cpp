@@ -120,7 +120,7 @@ Body LayerBuilder::build(const Skin& skin, const Person& person, LayerReport* re
             "body {}: no valid layers found: near ({:.3f}, {:.3f}, {:.3f}) m the smallest scaled Jacobian is {:.3g}",
             skin.name, place[0], place[1], place[2], result.fit.min_scaled_jacobian);
 
-    Body body = skin;
+    Body body{skin, {}, {}};
     body.volume_vertices.resize(3 * bone_.rows(), 3);
     body.volume_vertices << layers.bone, layers.muscle, layers.skin;
     for (Eigen::Index w = 0; w < bone_.rows(); ++w)

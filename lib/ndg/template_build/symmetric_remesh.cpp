@@ -6,6 +6,7 @@
 #include "ndg/geometry/adaptive_remesh.h"
 #include "ndg/geometry/closest_point.h"
 #include "ndg/geometry/decimate.h"
+#include "ndg/geometry/intersections.h"
 #include "ndg/geometry/triangle_mesh.h"
 #include "ndg/template_build/edge_length_field.h"
 
