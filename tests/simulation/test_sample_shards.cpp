@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Shards of a dataset: status, joining, checking; samples that fail; replay.
-#include "ndg/simulation/sample_shards.h"
 #include "fem/sample_scene.h"
 #include "ndg/core/error.h"
 #include "ndg/core/threads.h"
 #include "ndg/simulation/replay.h"
+#include "ndg/simulation/sample_shards.h"
 
 #include <unistd.h>
 #include <fstream>

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Generation of samples: shards, interruption, resumption.
-#include "ndg/simulation/simulate.h"
 #include "fem/sample_scene.h"
 #include "ndg/core/error.h"
 #include "ndg/core/threads.h"
 #include "ndg/simulation/sample_parts.h"
+#include "ndg/simulation/simulate.h"
 
 #include <catch2/catch.hpp>
 
