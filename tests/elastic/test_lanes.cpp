@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Kernels of four elements at a time against one element's formulas and the general eigen solver.
 #include "ndg/core/random.h"
+#include "ndg/elastic/elements.h"
 #include "ndg/elastic/flesh_lanes.h"
 #include "ndg/elastic/neo_hookean.h"
+#include "ndg/elastic/neo_hookean_lanes.h"
 #include "ndg/elastic/projection.h"
 #include "ndg/elastic/skin_lanes.h"
 #include "ndg/geometry/triangle_mesh.h"
@@ -12,6 +14,7 @@
 #include <Eigen/Dense>
 
 #include <cmath>
+#include <numeric>
 
 using namespace ndg;
 using Eigen::Matrix3d;
@@ -109,6 +112,26 @@ std::vector<std::pair<Hinge, HingeRest>> hinges()
 
 constexpr double stretch_stiffness = 3e-2;
 
+/// Elements of vertices of their own: element i has the i th `Size` of them.
+template <std::size_t Size>
+struct Corners {
+    std::array<int, Size * num_lanes> vertices;
+    Corners() { std::iota(vertices.begin(), vertices.end(), 0); }
+};
+
+template <class Rest, std::size_t Size>
+ElementBatch<Rest> batch_of(const std::array<Rest, num_lanes>& rests, const Corners<Size>& corners)
+{
+    ElementBatch<Rest> batch;
+    batch.count = num_lanes;
+    for (std::size_t i = 0; i < num_lanes; ++i) {
+        batch.places[i] = static_cast<int>(i);
+        batch.corners[i] = &corners.vertices[Size * i];
+        batch.rests[i] = &rests[i];
+    }
+    return batch;
+}
+
 /// Stretching and bending as one 12 x 12 matrix.
 Matrix12 joined(const Matrix12& bend, const Matrix6& stretch)
 {
@@ -125,8 +148,8 @@ TEST_CASE("Four hinges at a time are as one at a time, their clamp as the genera
     int indefinite = 0, faded = 0, compressed = 0;
     for (std::size_t begin = 0; begin + num_lanes <= all.size(); begin += num_lanes) {
         Points positions(4 * num_lanes, 3);
-        std::array<SkinElement, num_lanes> elements;
-        std::array<const SkinElement*, num_lanes> pointers{};
+        std::array<SkinEdgeRest, num_lanes> rests;
+        Corners<4> corners;
         for (std::size_t i = 0; i < num_lanes; ++i) {
             const auto& [hinge, rest] = all[begin + i];
             const int row = static_cast<int>(4 * i);
@@ -134,29 +157,26 @@ TEST_CASE("Four hinges at a time are as one at a time, their clamp as the genera
             positions.row(row + 1) = hinge.x1.transpose();
             positions.row(row + 2) = hinge.left.transpose();
             positions.row(row + 3) = hinge.right.transpose();
-            elements[i] = {{row, row + 1, row + 2, row + 3}, i % 2 == 0 ? 0.017 : 0.025, rest};
-            pointers[i] = &elements[i];
+            rests[i] = {i % 2 == 0 ? 0.017 : 0.025, stretch_stiffness, rest};
         }
-        const SkinLanes lanes(positions, pointers, stretch_stiffness);
-        LaneVector<12> forces;
+        const SkinLanes lanes(positions, batch_of(rests, corners));
+        const auto [stretch_forces, bend_forces] = lanes.forces();
         HingeBlocks exact, projected, gauss_newton;
-        lanes.bend_forces(forces);
         lanes.hessian(exact);
         lanes.projected_hessian(projected);
         lanes.gauss_newton_hessian(gauss_newton);
-        const Lanes3 pull = lanes.pull();
         for (std::size_t i = 0; i < num_lanes; ++i) {
             const auto& [hinge, rest] = all[begin + i];
-            const double length = elements[i].rest_length;
+            const double length = rests[i].length;
             REQUIRE(lanes.energy()[i] ==
                     Approx(stretch_stiffness * stretch_energy(hinge.x0, hinge.x1, length) + bend_energy(hinge, rest))
                         .epsilon(1e-10));
             REQUIRE(lanes.stability()[i] == Approx(bend_stability(hinge, rest)).epsilon(1e-8).margin(1e-8));
             const Vector12 expected_forces = bend_gradient(hinge, rest);
             // A wing of a tenth of a millimetre has its height to a relative 1e-11 at a metre from the origin.
-            REQUIRE((vector_of<12>(forces, i) - expected_forces).norm() < 1e-8 * expected_forces.norm() + 1e-8);
+            REQUIRE((vector_of<12>(bend_forces, i) - expected_forces).norm() < 1e-8 * expected_forces.norm() + 1e-8);
             const Vector6 stretch = stretch_stiffness * stretch_gradient(hinge.x0, hinge.x1, length);
-            require_close(Vector3d(pull[0][i], pull[1][i], pull[2][i]), stretch.tail<3>(), 1e-12);
+            require_close(vector_of<6>(stretch_forces, i), stretch, 1e-12);
 
             const Matrix12 hessian = bend_hessian(hinge, rest);
             const Matrix6 spring = stretch_hessian(hinge.x0, hinge.x1, length);
@@ -176,12 +196,19 @@ TEST_CASE("Four hinges at a time are as one at a time, their clamp as the genera
     REQUIRE(compressed > 20);
 }
 
-TEST_CASE("Four prisms at a time are as one at a time, their clamp as the general eigen solver's")
+TEMPLATE_TEST_CASE("Four elements of flesh at a time are as one at a time, their clamp as the general eigen solver's",
+                   "", PrismElement, TetrahedronElement)
 {
+    constexpr int size = TestType::num_corners, rows = 3 * size;
+    using Kernel = FleshLanes<NeoHookeanLanes, size>;
     Random random(9, "prisms");
-    PrismVertices shape;
-    shape << 0.02, 0, 0.011, -0.01, 0.016, 0.01, -0.01, -0.017, 0.009, 0.019, 0.001, 0, -0.011, 0.014, 0, -0.009,
+    PrismVertices prism;
+    prism << 0.02, 0, 0.011, -0.01, 0.016, 0.01, -0.01, -0.017, 0.009, 0.019, 0.001, 0, -0.011, 0.014, 0, -0.009,
         -0.015, 0.001;
+    Eigen::Matrix<double, size, 3> shape = prism.bottomRows<size>();
+    if (size == 4) shape.row(0).swap(shape.row(1));
+    const double volume = TestType::volume(shape);
+    REQUIRE(volume > 0);
     std::vector<Matrix3d> deformations;
     for (int i = 0; i < 40; ++i) {
         Matrix3d f = Matrix3d::Identity();
@@ -200,48 +227,43 @@ TEST_CASE("Four prisms at a time are as one at a time, their clamp as the genera
                                              Vector3d(-1, 0.2, 1).asDiagonal().toDenseMatrix()});
     int indefinite = 0, inverted = 0, stretches = 0;
     for (std::size_t begin = 0; begin < deformations.size(); begin += num_lanes) {
-        Points positions(6 * num_lanes, 3);
-        std::array<FleshElement, num_lanes> elements;
-        std::array<const FleshElement*, num_lanes> pointers{};
+        Points positions(size * num_lanes, 3);
+        std::array<typename Kernel::Rest, num_lanes> rests;
+        Corners<size> corners;
         for (std::size_t i = 0; i < num_lanes; ++i) {
-            FleshElement& element = elements[i];
-            for (int a = 0; a < 6; ++a) element.vertices[static_cast<std::size_t>(a)] = static_cast<int>(6 * i) + a;
-            element.gradient = prism_gradient_operator(shape);
-            element.rest_volume = prism_volume(shape);
-            element.weight = 1.7 * element.rest_volume;
-            element.lame = lame_parameters(i % 2 == 0 ? 45e3 : 15e3, 0.47);
-            // The averaged gradient is the same with the hourglass mode, the volume is not.
-            PrismVertices placed = shape * deformations[begin + i].transpose();
+            rests[i].gradient = TestType::gradient_operator(shape);
+            rests[i].weight = 1.7 * volume;
+            rests[i].material = lame_parameters(i % 2 == 0 ? 45e3 : 15e3, 0.47);
+            // The averaged gradient does not see the prism's hourglass modes.
+            Eigen::Matrix<double, size, 3> placed = shape * deformations[begin + i].transpose();
             if (i % 2 == 1) placed.row(1) += 0.002 * random_vector(random, 1).transpose();
-            positions.middleRows(static_cast<int>(6 * i), 6) = placed;
-            pointers[i] = &element;
+            positions.middleRows<size>(static_cast<int>(size * i)) = placed;
         }
-        const FleshLanes lanes(positions, pointers);
-        LaneVector<18> forces;
-        PrismBlocks exact, projected;
-        lanes.forces(forces);
+        const Kernel lanes(positions, batch_of(rests, corners));
+        const auto [forces] = lanes.forces();
+        LaneBlocks<size> exact, projected;
         lanes.hessian(exact);
-        lanes.projected_hessian(projected);
+        lanes.semidefinite_hessian(HessianKind::projected, projected);
         for (std::size_t i = 0; i < num_lanes; ++i) {
-            const FleshElement& element = elements[i];
-            const PrismVertices placed = positions.middleRows(static_cast<int>(6 * i), 6);
+            const auto& element = rests[i];
+            const Eigen::Matrix<double, size, 3> placed = positions.middleRows<size>(static_cast<int>(size * i));
             const Matrix3d f = placed.transpose() * element.gradient.transpose();
             REQUIRE(lanes.energy()[i] ==
-                    Approx(element.weight * neo_hookean_energy(f, element.lame)).epsilon(1e-10).margin(1e-12));
-            REQUIRE(lanes.volume_shares()[i] ==
-                    Approx(prism_volume(placed) / element.rest_volume).epsilon(1e-10).margin(1e-12));
+                    Approx(element.weight * neo_hookean_energy(f, element.material)).epsilon(1e-10).margin(1e-12));
             // Equal singular values leave eight digits of the largest to either of the two direct formulas.
-            REQUIRE(lanes.stability()[i] == Approx(neo_hookean_stability(f, element.lame)).epsilon(1e-7).margin(1e-6));
-            // 9 coordinates of F from 18 of the prism.
-            Eigen::Matrix<double, 9, 18> to_f = Eigen::Matrix<double, 9, 18>::Zero();
-            for (int a = 0; a < 6; ++a) {
-                for (int j = 0; j < 3; ++j) to_f.block<3, 3>(3 * j, 3 * a).diagonal().array() = element.gradient(j, a);
+            REQUIRE(lanes.stability()[i] ==
+                    Approx(neo_hookean_stability(f, element.material)).epsilon(1e-7).margin(1e-6));
+            // Coordinates of F from those of the corners.
+            Eigen::Matrix<double, 9, rows> to_f = Eigen::Matrix<double, 9, rows>::Zero();
+            for (int a = 0; a < size; ++a) {
+                for (int j = 0; j < 3; ++j)
+                    to_f.template block<3, 3>(3 * j, 3 * a).diagonal().array() = element.gradient(j, a);
             }
-            const Matrix3d stress = neo_hookean_stress(f, element.lame);
-            const Eigen::Matrix<double, 18, 1> expected =
+            const Matrix3d stress = neo_hookean_stress(f, element.material);
+            const Eigen::Matrix<double, rows, 1> expected =
                 element.weight * to_f.transpose() * Eigen::Map<const Eigen::Matrix<double, 9, 1>>(stress.data());
-            REQUIRE((vector_of<18>(forces, i) - expected).norm() < 1e-12 * expected.norm() + 1e-12);
-            const Matrix9 hessian = neo_hookean_hessian(f, element.lame);
+            REQUIRE((vector_of<rows>(forces, i) - expected).norm() < 1e-12 * expected.norm() + 1e-12);
+            const Matrix9 hessian = neo_hookean_hessian(f, element.material);
             const Matrix9 clamped = clamp_eigenvalues<9>(hessian);
             require_close(matrix_of(exact, i), element.weight * to_f.transpose() * hessian * to_f, 1e-12);
             require_close(matrix_of(projected, i), element.weight * to_f.transpose() * clamped * to_f, 1e-9);

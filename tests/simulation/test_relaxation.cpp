@@ -12,20 +12,20 @@ using namespace ndg;
 TEST_CASE("A disturbed spot of the skin is relaxed by itself")
 {
     const Template tube = test::tube_template(40, 16);
-    const ElasticModel model(tube, MaterialOptions{});
-    const ElasticSystem system(model);
-    LocalRelaxation relaxation(system);
+    const ElasticBody elastic = layered_body(tube, MaterialOptions{});
+    const Objective objective(elastic);
+    LocalRelaxation relaxation(objective);
     Points positions = tube.rest.volume_vertices;
     const int spot = 2 * tube.num_wrap_vertices() + 16 * 20;
     positions.row(spot) += Eigen::RowVector3d(0.004, 0.01, -0.006);
     Eigen::VectorXd before, after, absolute;
-    system.gradient(positions, before, absolute);
-    const double energy = system.energy(positions);
+    objective.gradient(positions, before, absolute);
+    const double energy = objective.energy(positions);
     const Points start = positions;
     REQUIRE(relaxation.relax(positions, before));
-    system.gradient(positions, after, absolute);
+    objective.gradient(positions, after, absolute);
     REQUIRE(after.norm() < 0.1 * before.norm());
-    REQUIRE(system.energy(positions) < 0.1 * energy);
+    REQUIRE(objective.energy(positions) < 0.1 * energy);
     // The far half has not moved.
     const Eigen::VectorXd moved = (positions - start).rowwise().norm();
     REQUIRE(moved(spot) > 0.005);
@@ -37,7 +37,7 @@ TEST_CASE("A disturbed spot of the skin is relaxed by itself")
         for (int c = 0; c < 3; ++c) positions(v, c) += 0.001 * random.uniform(-1, 1);
     }
     const Points shaken = positions;
-    system.gradient(positions, before, absolute);
+    objective.gradient(positions, before, absolute);
     REQUIRE_FALSE(relaxation.relax(positions, before));
     REQUIRE((positions - shaken).norm() == 0);
 }
@@ -52,10 +52,10 @@ TEST_CASE("With and without relaxed creases the equilibrium is one")
     const SimulationResult with = simulator.simulate(test::tube_pose(1.0));
     REQUIRE(with.newton.converged());
 
-    const ElasticModel model(tube, options.material);
-    const ElasticSystem system(model);
+    const ElasticBody elastic = layered_body(tube, options.material);
+    const Objective objective(elastic);
     Points positions = simulator.start(test::tube_pose(1.0));
-    const NewtonResult without = NewtonSolver(system).minimise(positions, options.newton);
+    const NewtonResult without = NewtonSolver(objective).minimise(positions, options.newton);
     REQUIRE(without.converged());
     REQUIRE((positions - with.vertices).rowwise().norm().maxCoeff() < 1e-6);
     REQUIRE(without.energy_joule == Approx(with.newton.energy_joule).epsilon(1e-9));
@@ -72,12 +72,12 @@ TEST_CASE("Flesh with guarded volumes does not invert where the paper's does")
     for (const bool guarded : {false, true}) {
         MaterialOptions material;
         material.energy = guarded ? "inversion-free" : "paper";
-        const ElasticModel model(tube, material);
-        const ElasticSystem system(model);
+        const ElasticBody elastic = layered_body(tube, material);
+        const Objective objective(elastic);
         Points positions = start;
         NewtonOptions options;
         options.max_iterations = 200;
-        REQUIRE(NewtonSolver(system).minimise(positions, options).converged());
+        REQUIRE(NewtonSolver(objective).minimise(positions, options).converged());
         inverted[guarded ? 1 : 0] = static_cast<int>((prism_volumes(positions, tube.prisms).array() < 0).count());
     }
     CHECK(inverted[0] > 0);

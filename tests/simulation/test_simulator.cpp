@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The assembled model on a tube: derivatives, invariances, patch test, Newton's method.
+// An assembled body, a tube: derivatives, invariances, patch test, Newton's method.
 #include "ndg/core/error.h"
 #include "ndg/core/random.h"
 #include "ndg/simulation/simulator.h"
@@ -49,7 +49,7 @@ Template mirrored_tube(const Template& tube)
     return mirror;
 }
 
-/// Two flat layers of right prisms over an uneven grid; only what the elastic model needs is filled.
+/// Two flat layers of right prisms over an uneven grid; only what layered_body() needs is filled.
 Template slab_template(int size)
 {
     Template slab;
@@ -88,8 +88,8 @@ double largest_distance(const Points& a, const Points& b)
 TEST_CASE("A rigid motion costs nothing and exerts no force")
 {
     const Template tube = test::tube_template(4, 6);
-    const ElasticModel elements(tube, MaterialOptions{});
-    const ElasticSystem model(elements);
+    const ElasticBody elastic = layered_body(tube, MaterialOptions{});
+    const Objective objective(elastic);
     const Points& rest = tube.rest.volume_vertices;
     const Points turned = moved(rest, some_rotation(), {0.3, -0.2, 1});
     const auto gradients = deformation_gradients(gradient_operator(rest, tube.prisms), turned);
@@ -97,12 +97,12 @@ TEST_CASE("A rigid motion costs nothing and exerts no force")
     for (Eigen::Index p = 0; p < gradients.rows(); ++p) {
         REQUIRE((gradients.row(p) - Eigen::Map<const Eigen::Matrix<double, 1, 9>>(rotation.data())).norm() < 1e-10);
     }
-    const double scale = model.energy(jittered(rest, 0, 0.003));
+    const double scale = objective.energy(jittered(rest, 0, 0.003));
     REQUIRE(scale > 1e-3);
-    REQUIRE(std::abs(model.energy(rest)) < 1e-12 * scale);
-    REQUIRE(std::abs(model.energy(turned)) < 1e-9 * scale);
+    REQUIRE(std::abs(objective.energy(rest)) < 1e-12 * scale);
+    REQUIRE(std::abs(objective.energy(turned)) < 1e-9 * scale);
     Eigen::VectorXd gradient, absolute;
-    model.gradient(turned, gradient, absolute);
+    objective.gradient(turned, gradient, absolute);
     REQUIRE(gradient.norm() < 1e-8);
 }
 
@@ -116,13 +116,13 @@ TEST_CASE("Patch test: an affine field is an equilibrium of homogeneous flesh")
     material.young_fat_pascal = material.young_muscle_pascal;
     material.stretch_stiffness = 0;
     material.bend_stiffness = 0;
-    const ElasticModel elements(slab, material);
-    const ElasticSystem model(elements);
+    const ElasticBody elastic = layered_body(slab, material);
+    const Objective objective(elastic);
     Eigen::Matrix3d affine;
     affine << 1.1, 0.1, -0.05, 0.02, 0.95, 0.08, -0.04, 0.03, 1.05;
     const Points x = moved(slab.rest.volume_vertices, affine, {0.1, 0, 0});
     Eigen::VectorXd gradient, absolute;
-    model.gradient(x, gradient, absolute);
+    objective.gradient(x, gradient, absolute);
     double inside = 0, forces = 0;
     for (int i = 1; i + 1 < size; ++i) {
         for (int j = 1; j + 1 < size; ++j) {
@@ -150,12 +150,12 @@ TEST_CASE("A bent tube comes to equilibrium, its energy falling with every itera
         REQUIRE(iteration.energy_joule < energy);
         energy = iteration.energy_joule;
     }
-    REQUIRE(simulator.system().energy(result.vertices) == Approx(result.newton.energy_joule));
+    REQUIRE(simulator.objective().energy(result.vertices) == Approx(result.newton.energy_joule));
     REQUIRE(largest_distance(result.vertices, tube.rest.volume_vertices) > 0.1);
     // Nothing near the solution has less energy.
     for (const double spread : {1e-5, 1e-4}) {
         const Points near = jittered(result.vertices, tube.num_wrap_vertices(), spread);
-        REQUIRE(simulator.system().energy(near) > result.newton.energy_joule);
+        REQUIRE(simulator.objective().energy(near) > result.newton.energy_joule);
     }
     // The result does not depend on what was simulated before.
     Simulator fresh(tube, SimulationOptions{});

@@ -2,7 +2,8 @@
 // Assembled blocks of prisms in states whose energy and stress have a closed form. The material as published,
 // psi = mu/2 (|F|^2 - 3) + lambda/2 (J - alpha)^2 + const with alpha = 1 + mu/lambda, has at rest the Lame parameters
 // mu and lambda - mu, so that Young's modulus is mu (3 - mu/lambda) and Poisson's ratio (1 - mu/lambda) / 2 there.
-#include "ndg/elastic/elastic_system.h"
+#include "ndg/elastic/layered_body.h"
+#include "ndg/elastic/objective.h"
 #include "ndg/simulation/newton.h"
 #include "verification_bodies.h"
 
@@ -77,9 +78,9 @@ Points deformed(const Template& body, const Matrix3d& deformation)
     return body.rest.volume_vertices * deformation.transpose();
 }
 
-/// Force that holds the vertices of a part of the block; forces are those of `system` on all free vertices.
+/// Force that holds the vertices of a part of the block; forces are those of `objective` on all free vertices.
 template <class Condition>
-Vector3d total_force(const test::Block& block, const ElasticSystem& system, const Eigen::VectorXd& forces,
+Vector3d total_force(const test::Block& block, const Objective& objective, const Eigen::VectorXd& forces,
                      const Condition& condition)
 {
     Vector3d sum = Vector3d::Zero();
@@ -87,7 +88,7 @@ Vector3d total_force(const test::Block& block, const ElasticSystem& system, cons
         for (int i = 0; i <= block.cells(0); ++i) {
             for (int j = 0; j <= block.cells(1); ++j) {
                 if (!condition(i, j, k)) continue;
-                sum += forces.segment<3>(3 * (block.vertex(i, j, k) - system.vertices().front()));
+                sum += forces.segment<3>(3 * (block.vertex(i, j, k) - objective.vertices().front()));
             }
         }
     }
@@ -108,8 +109,8 @@ TEST_CASE("A slab of muscle and fat in closed-form states: energy, and the force
     block.unevenness = 0.3;
     const Template body = block.body();
     const MaterialOptions material = test::bare_flesh(45e3, 15e3, 0.47);
-    const ElasticModel model(body, material);
-    const ElasticSystem system(model);
+    const ElasticBody elastic = layered_body(body, material);
+    const Objective objective(elastic);
     const double area = block.size(0) * block.size(1), thickness = 0.5 * block.size(2);
     const Lame muscle = lame_parameters(45e3, 0.47), fat = lame_parameters(15e3, 0.47);
     // Both layers in one state: with one ratio mu / lambda its deformation is the same for both.
@@ -117,15 +118,16 @@ TEST_CASE("A slab of muscle and fat in closed-form states: energy, and the force
     for (std::size_t i = 0; i < in_fat.size(); ++i) {
         CAPTURE(in_fat[i].name);
         const Points x = deformed(body, in_fat[i].deformation);
-        REQUIRE(system.energy(x) == Approx(area * thickness * (in_muscle[i].energy + in_fat[i].energy)).epsilon(1e-10));
+        REQUIRE(objective.energy(x) ==
+                Approx(area * thickness * (in_muscle[i].energy + in_fat[i].energy)).epsilon(1e-10));
         Eigen::VectorXd forces, absolute;
-        system.gradient(x, forces, absolute);
+        objective.gradient(x, forces, absolute);
         const auto skin = [&](int, int, int k) { return k == 2; };
         const auto interface = [&](int, int, int k) { return k == 1; };
         const double scale = area * in_fat[i].stress.norm();
-        require_force(total_force(block, system, forces, skin), area * in_fat[i].stress.col(2), scale);
+        require_force(total_force(block, objective, forces, skin), area * in_fat[i].stress.col(2), scale);
         // What the muscle pulls down is three times what the fat pulls up.
-        require_force(total_force(block, system, forces, interface),
+        require_force(total_force(block, objective, forces, interface),
                       area * (in_muscle[i].stress.col(2) - in_fat[i].stress.col(2)), scale);
     }
 }
@@ -138,26 +140,28 @@ TEST_CASE("A free block in closed-form states: every face carries the stress, it
     block.unevenness = 0.3;
     const Template body = block.body();
     // Fat alone, between muscle wrap and skin: all its vertices are free.
-    const ElasticModel model(body, test::bare_flesh(no_stiffness, 15e3, 0.47));
-    const ElasticSystem system(model);
+    const ElasticBody elastic = layered_body(body, test::bare_flesh(no_stiffness, 15e3, 0.47));
+    const Objective objective(elastic);
     const double height = 0.5 * block.size(2);
     const Vector3d face_areas(block.size(1) * height, block.size(0) * height, block.size(0) * block.size(1));
     for (const State& state : closed_forms(lame_parameters(15e3, 0.47))) {
         CAPTURE(state.name);
         const Points x = deformed(body, state.deformation);
         Eigen::VectorXd forces, absolute;
-        system.gradient(x, forces, absolute);
+        objective.gradient(x, forces, absolute);
         for (int axis = 0; axis < 3; ++axis) {
             const auto high = [&](int i, int j, int k) { return Eigen::Array3i(i, j, k)(axis) == block.cells(axis); };
             const auto low = [&](int i, int j, int k) { return Eigen::Array3i(i, j, k)(axis) == (axis == 2 ? 1 : 0); };
             const Vector3d traction = face_areas(axis) * state.stress.col(axis);
-            require_force(total_force(block, system, forces, high), traction, face_areas(axis) * state.stress.norm());
-            require_force(total_force(block, system, forces, low), -traction, face_areas(axis) * state.stress.norm());
+            require_force(total_force(block, objective, forces, high), traction,
+                          face_areas(axis) * state.stress.norm());
+            require_force(total_force(block, objective, forces, low), -traction,
+                          face_areas(axis) * state.stress.norm());
         }
         // The mean stress: forces times arms, over the volume.
         Matrix3d virial = Matrix3d::Zero();
-        for (int v = system.vertices().front(); v < model.num_vertices(); ++v) {
-            virial += forces.segment<3>(3 * (v - system.vertices().front())) * body.rest.volume_vertices.row(v);
+        for (int v = objective.vertices().front(); v < elastic.num_vertices(); ++v) {
+            virial += forces.segment<3>(3 * (v - objective.vertices().front())) * body.rest.volume_vertices.row(v);
         }
         REQUIRE((virial / (face_areas(2) * height) - state.stress).norm() < 1e-9 * state.stress.norm());
     }
@@ -171,16 +175,16 @@ TEST_CASE("A bar held at its ends contracts and pulls as in closed form; at smal
     block.unevenness = 0.2;
     const Template body = block.body();
     const Lame lame = lame_parameters(15e3, 0.47);
-    const ElasticModel model(body, test::bare_flesh(no_stiffness, 15e3, 0.47));
-    const ElasticSystem all(model);
+    const ElasticBody elastic = layered_body(body, test::bare_flesh(no_stiffness, 15e3, 0.47));
+    const Objective all(elastic);
     std::vector<int> inside;
     for (int k = 1; k <= 2; ++k) {
         for (int i = 1; i < block.cells(0); ++i) {
             for (int j = 0; j <= block.cells(1); ++j) inside.push_back(block.vertex(i, j, k));
         }
     }
-    const ElasticSystem system(model, inside);
-    NewtonSolver solver(system);
+    const Objective objective(elastic, inside);
+    NewtonSolver solver(objective);
     NewtonOptions options;
     options.relative_tolerance = 1e-12;
     options.absolute_tolerance_newton = 0;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Blocks of prisms against a standard finite element method of the same energy.
-#include "ndg/elastic/elastic_system.h"
+#include "ndg/elastic/layered_body.h"
+#include "ndg/elastic/objective.h"
 #include "ndg/simulation/newton.h"
 #include "verification_bodies.h"
 #include "verification_reference.h"
@@ -56,9 +57,9 @@ struct PrismSolution {
 PrismSolution solve_prisms(const test::Block& block, double poisson_ratio)
 {
     const Template body = block.body();
-    const ElasticModel model(body, test::bare_flesh(young_muscle, young_fat, poisson_ratio));
-    const ElasticSystem system(model, block.free_vertices());
-    NewtonSolver solver(system);
+    const ElasticBody elastic = layered_body(body, test::bare_flesh(young_muscle, young_fat, poisson_ratio));
+    const Objective objective(elastic, block.free_vertices());
+    NewtonSolver solver(objective);
     NewtonOptions options;
     options.relative_tolerance = 1e-7;
     PrismSolution solution{posed(body.rest.volume_vertices), 0};

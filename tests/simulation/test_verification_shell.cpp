@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The skin's energies, as assembled, on sheets whose angles and lengths are known: rolled to a cylinder and stretched.
-#include "ndg/elastic/elastic_system.h"
+#include "ndg/elastic/layered_body.h"
+#include "ndg/elastic/objective.h"
 #include "verification_bodies.h"
 
 #include <catch2/catch.hpp>
@@ -39,26 +40,26 @@ struct Sheet {
         }
         return x;
     }
-    ElasticModel model(double k_stretch, double k_bend) const
+    ElasticBody elastic(double k_stretch, double k_bend) const
     {
         MaterialOptions material = test::bare_flesh(1e-12, 1e-12, 0.47);
         material.stretch_stiffness = k_stretch;
         material.bend_stiffness = k_bend;
-        return ElasticModel(body, material);
+        return layered_body(body, material);
     }
 };
 
 /// Energy and virtual work of the forces when the sheet moves from `x` along `change`.
-std::pair<double, double> energy_and_work(const ElasticModel& model, const Points& x, const Points& change)
+std::pair<double, double> energy_and_work(const ElasticBody& elastic, const Points& x, const Points& change)
 {
-    const ElasticSystem system(model);
+    const Objective objective(elastic);
     Eigen::VectorXd gradient, absolute;
-    system.gradient(x, gradient, absolute);
+    objective.gradient(x, gradient, absolute);
     double work = 0;
-    for (std::size_t i = 0; i < system.vertices().size(); ++i) {
-        work += change.row(system.vertices()[i]).dot(gradient.segment<3>(3 * static_cast<Eigen::Index>(i)));
+    for (std::size_t i = 0; i < objective.vertices().size(); ++i) {
+        work += change.row(objective.vertices()[i]).dot(gradient.segment<3>(3 * static_cast<Eigen::Index>(i)));
     }
-    return {system.energy(x), work};
+    return {objective.energy(x), work};
 }
 
 /// Rolled about the y axis so that neighbouring strips, which stay flat and keep their width, meet at `turn`; positive
@@ -81,14 +82,14 @@ TEST_CASE("A sheet rolled to a cylinder has the bending energy of its creases, a
     const double stiffness = 1.5 * bend_stiffness * sheet.length / sheet.width * num_creases;
     for (const double rest_turn : {0.0, 0.25}) {
         sheet.body.rest.volume_vertices = sheet.placed([&](int i, int j) { return rolled(sheet, i, j, rest_turn); });
-        const ElasticModel model = sheet.model(0, bend_stiffness);
+        const ElasticBody elastic = sheet.elastic(0, bend_stiffness);
         for (const double turn : {-0.4, -0.02, 0.02, 0.5}) {
             CAPTURE(rest_turn, turn);
             const auto at = [&](double angle) {
                 return sheet.placed([&](int i, int j) { return rolled(sheet, i, j, angle); });
             };
             const Points change = (at(turn + 1e-6) - at(turn - 1e-6)) / 2e-6;
-            const auto [energy, moment] = energy_and_work(model, at(turn), change);
+            const auto [energy, moment] = energy_and_work(elastic, at(turn), change);
             REQUIRE(energy == Approx(stiffness * (turn - rest_turn) * (turn - rest_turn)).epsilon(1e-9));
             REQUIRE(moment == Approx(2 * stiffness * (turn - rest_turn)).epsilon(1e-6));
             if (rest_turn != 0) continue;
@@ -109,20 +110,20 @@ TEST_CASE("The other diagonals and directions of a rolled sheet cost nothing")
         return {sheet.width * i, radius * std::sin(turn * j), radius * (std::cos(turn * j) - 1)};
     });
     const int num_creases = sheet.block.cells(0) * (sheet.block.cells(1) - 1);
-    const auto [energy, work] = energy_and_work(sheet.model(0, bend_stiffness), x, Points::Zero(x.rows(), 3));
+    const auto [energy, work] = energy_and_work(sheet.elastic(0, bend_stiffness), x, Points::Zero(x.rows(), 3));
     REQUIRE(energy == Approx(1.5 * bend_stiffness * sheet.width / sheet.length * num_creases * turn * turn));
     REQUIRE(work == 0);
     // Rigidly moved, stretched or sheared in its plane, a flat sheet has no bending energy.
     const Points flat = sheet.placed([&](int i, int j) -> Eigen::RowVector3d {
         return {1.2 * sheet.width * i + 0.3 * sheet.length * j, 0.9 * sheet.length * j, 0.4 * sheet.length * j};
     });
-    REQUIRE(energy_and_work(sheet.model(0, bend_stiffness), flat, flat).first < 1e-12);
+    REQUIRE(energy_and_work(sheet.elastic(0, bend_stiffness), flat, flat).first < 1e-12);
 }
 
 TEST_CASE("A flat sheet in a uniform stretch: energy and tension from its three families of edges")
 {
     const Sheet sheet;
-    const ElasticModel model = sheet.model(stretch_stiffness, 0);
+    const ElasticBody elastic = sheet.elastic(stretch_stiffness, 0);
     const int nx = sheet.block.cells(0), ny = sheet.block.cells(1);
     const double a = sheet.width, b = sheet.length;
     // Edges with two triangles: along x, along y, diagonals.
@@ -151,20 +152,20 @@ TEST_CASE("A flat sheet in a uniform stretch: energy and tension from its three 
             for (int row = 0; row < 2; ++row) {
                 for (int column = 0; column < 2; ++column) {
                     const Eigen::Matrix2d change = Eigen::Vector2d::Unit(row) * Eigen::RowVector2d::Unit(column);
-                    const auto [energy, work] = energy_and_work(model, x, place(f + change) - x);
+                    const auto [energy, work] = energy_and_work(elastic, x, place(f + change) - x);
                     REQUIRE(energy == Approx(energy_of(f)).epsilon(1e-9));
                     const double expected = (energy_of(f + 1e-6 * change) - energy_of(f - 1e-6 * change)) / 2e-6;
                     REQUIRE(work == Approx(expected).epsilon(1e-6).margin(1e-9));
                 }
             }
             // The pull over a cut across x: every edge that crosses it pulls with k (l - l0) / l0^2 along itself.
-            const ElasticSystem system(model);
+            const Objective objective(elastic);
             Eigen::VectorXd gradient, absolute;
-            system.gradient(x, gradient, absolute);
+            objective.gradient(x, gradient, absolute);
             Eigen::Vector2d pull = Eigen::Vector2d::Zero(), expected = Eigen::Vector2d::Zero();
             for (int i = 3; i <= nx; ++i) {
                 for (int j = 0; j <= ny; ++j) {
-                    pull += gradient.segment<2>(3 * (sheet.block.vertex(i, j, 2) - system.vertices().front()));
+                    pull += gradient.segment<2>(3 * (sheet.block.vertex(i, j, 2) - objective.vertices().front()));
                 }
             }
             for (const int family : {0, 2}) {

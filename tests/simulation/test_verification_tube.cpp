@@ -37,7 +37,7 @@ std::vector<int> free_vertices(const Template& body)
     return vertices;
 }
 
-/// Rest and deformed positions of the same flesh in finer prisms, four for one; only what ElasticModel needs.
+/// Rest and deformed positions of the same flesh in finer prisms, four for one; only what layered_body() needs.
 struct Flesh {
     Template body;
     Points positions;
@@ -111,9 +111,9 @@ TEST_CASE("A limb bent by 60 degrees: prisms of two layers against quadratic tet
     std::vector<Flesh> levels{coarse, coarse.finer(), coarse.finer().finer()};
     std::vector<double> energies{result.newton.energy_joule};
     for (std::size_t level = 1; level < levels.size(); ++level) {
-        const ElasticModel model(levels[level].body, options.material);
-        const ElasticSystem system(model);
-        NewtonSolver solver(system);
+        const ElasticBody elastic = layered_body(levels[level].body, options.material);
+        const Objective objective(elastic);
+        NewtonSolver solver(objective);
         const NewtonResult newton = solver.minimise(levels[level].positions, options.newton);
         REQUIRE(newton.converged());
         energies.push_back(newton.energy_joule);
@@ -150,11 +150,11 @@ TEST_CASE("In equilibrium the forces vanish, in newtons and against what the ele
         CAPTURE(angle);
         const SimulationResult result = simulator.simulate(test::tube_pose(angle));
         REQUIRE(result.newton.converged());
-        const ElasticSystem& system = simulator.system();
+        const Objective& objective = simulator.objective();
         Eigen::VectorXd gradient, absolute;
-        system.gradient(simulator.start(test::tube_pose(angle)), gradient, absolute);
+        objective.gradient(simulator.start(test::tube_pose(angle)), gradient, absolute);
         const double at_start = gradient.norm();
-        system.gradient(result.vertices, gradient, absolute);
+        objective.gradient(result.vertices, gradient, absolute);
         CAPTURE(at_start, gradient.norm(), absolute.norm());
         REQUIRE(gradient.norm() == Approx(result.newton.residual_newton));
         REQUIRE(gradient.norm() / absolute.norm() == Approx(result.newton.residual_relative));
@@ -166,7 +166,7 @@ TEST_CASE("In equilibrium the forces vanish, in newtons and against what the ele
             Points moved = result.vertices;
             moved.topRows(num_moved) = (moved.topRows(num_moved) * turn.transpose()).eval();
             moved.topRows(num_moved).rowwise() += shift;
-            return system.energy(moved);
+            return objective.energy(moved);
         };
         const int all = tube.num_wrap_vertices();
         const double step = 1e-5;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Boxes of right prisms for the tests that hold the finite elements against other answers. Only what ElasticModel needs
-// of a template is filled.
+// Boxes of right prisms for the tests that hold the finite elements against other answers. Only what layered_body()
+// needs of a template is filled.
 #pragma once
 
 #include "ndg/body/template.h"

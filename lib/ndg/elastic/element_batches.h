@@ -49,7 +49,8 @@ void for_batches(const Stencils& stencils, const std::vector<Rest>& rests, const
 }
 
 template <std::size_t Corners>
-std::array<Lanes3, Corners> gather_corners(const Points& positions, const std::array<const int*, num_lanes>& corners)
+[[gnu::always_inline]] inline std::array<Lanes3, Corners> gather_corners(
+    const Points& positions, const std::array<const int*, num_lanes>& corners)
 {
     std::array<Lanes3, Corners> x;
     for (std::size_t a = 0; a < Corners; ++a) {

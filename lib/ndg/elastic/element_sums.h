@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Where energy terms add what their elements contribute. Kernels hold several elements side by side: entry k of one of
-// them is values[step * k].
+// them is values[Step * k].
 #pragma once
 
 #include "ndg/elastic/element_places.h"
@@ -29,16 +29,19 @@ struct EnergySum {
 /// d energy / d unknowns, N, and per unknown the sum over elements of the absolute force each contributes there.
 class ForceSum {
 public:
-    ForceSum(Eigen::VectorXd& gradient, Eigen::VectorXd& absolute) : gradient_(gradient), absolute_(absolute) {}
+    ForceSum(Eigen::VectorXd& gradient, Eigen::VectorXd& absolute)
+        : gradient_(gradient.data()), absolute_(absolute.data())
+    {
+    }
 
     /// What an element has on its first `Corners` corners: entry 3 a + c is along coordinate c of corner a.
-    template <int Corners>
-    void add(const int* unknown, const double* values, int step = 1)
+    template <int Corners, int Step = 1>
+    void add(const int* unknown, const double* values)
     {
         for (int a = 0; a < Corners; ++a) {
             if (unknown[a] < 0) continue;
             for (int c = 0; c < 3; ++c) {
-                const double force = values[step * (3 * a + c)];
+                const double force = values[Step * (3 * a + c)];
                 gradient_[3 * unknown[a] + c] += force;
                 absolute_[3 * unknown[a] + c] += std::abs(force);
             }
@@ -46,8 +49,7 @@ public:
     }
 
 private:
-    Eigen::VectorXd& gradient_;
-    Eigen::VectorXd& absolute_;
+    double *gradient_, *absolute_;
 };
 
 /// d^2 energy / d unknowns^2, in a matrix of the objective's pattern.
@@ -57,24 +59,32 @@ public:
 
     /// The i th element's lower triangle in 3 x 3 blocks: entry 9 (a (a + 1) / 2 + b) + r + 3 c is at coordinate r of
     /// corner a, c of corner b, a >= b.
-    template <int Corners>
-    void add(const ElementPlaces& places, int i, const double* values, int step = 1)
+    template <int Corners, int Step = 1>
+    [[gnu::noinline]] void add(const ElementPlaces& places, int i, const double* values)
     {
+        // Within a caller's loops there are not enough registers.
         const int *unknown = places.unknown(i), *stride = places.stride(i), *block = places.block(i);
         for (int a = 0; a < Corners; ++a) {
-            for (int b = 0; b <= a; ++b, ++block, values += 9 * step) {
+            for (int b = 0; b <= a; ++b, ++block, values += 9 * Step) {
                 if (*block < 0) continue;
-                const bool transposed = unknown[a] < unknown[b];
-                const std::ptrdiff_t down = transposed ? stride[a] : 1, right = transposed ? 1 : stride[b];
-                double* target = values_ + *block;
-                for (int c = 0; c < 3; ++c) {
-                    for (int r = 0; r < 3; ++r) target[r * down + c * right] += values[step * (r + 3 * c)];
+                if (unknown[a] < unknown[b]) {
+                    add_block<3 * Step, Step>(values, values_ + *block, stride[a]);
+                } else {
+                    add_block<Step, 3 * Step>(values, values_ + *block, stride[b]);
                 }
             }
         }
     }
 
 private:
+    template <int Down, int Right>
+    static void add_block(const double* values, double* target, std::ptrdiff_t stride)
+    {
+        for (int c = 0; c < 3; ++c, target += stride) {
+            for (int r = 0; r < 3; ++r) target[r] += values[Down * r + Right * c];
+        }
+    }
+
     double* values_;
 };
 

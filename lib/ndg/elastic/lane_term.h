@@ -50,7 +50,7 @@ public:
     {
         LaneBlocks<Kernel::num_corners> blocks;
         const auto scatter = [&](const Batch& batch, int lane) {
-            sum.add<Kernel::num_corners>(places, batch.places[lane], &blocks.values[lane], num_lanes);
+            sum.add<Kernel::num_corners, num_lanes>(places, batch.places[lane], &blocks.values[lane]);
         };
         const auto add_semidefinite = [&](const Batch& batch) {
             Kernel(positions, batch).semidefinite_hessian(kind, blocks);
@@ -89,7 +89,7 @@ private:
     template <std::size_t Size>
     static void add_lane(const LaneVector<Size>& forces, int lane, const int* unknown, ForceSum& sum)
     {
-        sum.add<Size / 3>(unknown, &forces.values[lane], num_lanes);
+        sum.add<Size / 3, num_lanes>(unknown, &forces.values[lane]);
     }
 };
 

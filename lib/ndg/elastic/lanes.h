@@ -57,6 +57,7 @@ template <std::size_t Size>
 struct LaneVector {
     alignas(sizeof(Lanes)) std::array<double, Size * num_lanes> values;
 
+    LaneVector() {}  // not zero, wherever it is made
     Lanes get(std::size_t k) const { return Lanes(&values[num_lanes * k], std::experimental::vector_aligned); }
     void set(std::size_t k, const Lanes& value)
     {

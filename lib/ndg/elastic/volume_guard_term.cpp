@@ -112,7 +112,7 @@ void VolumeGuardTerm::add_hessian(const Points& positions, const ElementPlaces& 
     LaneBlocks<6> blocks;
     for_guarded(positions, places, [&](int place, int, const GuardedPrism& prism) {
         blocks.set_lane(0, prism.hessian(kind == HessianKind::exact));
-        sum.add<6>(places, place, blocks.values.data(), num_lanes);
+        sum.add<6, num_lanes>(places, place, blocks.values.data());
     });
 }
 

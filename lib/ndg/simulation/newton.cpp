@@ -19,14 +19,14 @@ constexpr double sum_rounding = 1e-14;
 
 /// What rounding may make of the energy at these positions, J. Besides its sum, every element's energy errs by the work
 /// of its forces along the rounding of its vertices' positions: in small strains, where forces are of first and
-/// energies of second order, that is by far the larger part. `absolute`: see ElasticSystem::gradient.
-double energy_rounding(double energy, const ElasticSystem& system, const Points& positions,
+/// energies of second order, that is by far the larger part. `absolute`: see Objective::gradient.
+double energy_rounding(double energy, const Objective& objective, const Points& positions,
                        const Eigen::VectorXd& absolute)
 {
     double work = 0;
-    for (std::size_t i = 0; i < system.vertices().size(); ++i) {
+    for (std::size_t i = 0; i < objective.vertices().size(); ++i) {
         const auto row = static_cast<Eigen::Index>(i);
-        work += positions.row(system.vertices()[i]).cwiseAbs().dot(absolute.segment<3>(3 * row));
+        work += positions.row(objective.vertices()[i]).cwiseAbs().dot(absolute.segment<3>(3 * row));
     }
     return sum_rounding * std::abs(energy) + std::numeric_limits<double>::epsilon() * work;
 }
@@ -81,7 +81,7 @@ double NewtonSolver::search(Points& positions, double energy)
     };
     // Where the step lowers the energy by less than its rounding, the slope at its end tells what the energy cannot
     // (Hager and Zhang 2005); for a quadratic function both say the same.
-    const double rounding = energy_rounding(energy, system_, positions, absolute_);
+    const double rounding = energy_rounding(energy, objective_, positions, absolute_);
     if (-slope < rounding) {
         try_step(1, energy);
         objective_.gradient(positions, trial_gradient_, absolute_);
