@@ -20,7 +20,8 @@ using namespace ndg;
 int main(int argc, char** argv)
 {
     std::string model_path, template_path, bodies_path, poses_path, splits_path, output_path;
-    std::string split = "test", device_name = "cpu", method = "NDG";
+    std::string split = "test", method = "NDG";
+    Device device = Device::cpu;
     int body_idx = -1, batch_size = 16;
 
     Tool tool(
@@ -37,11 +38,11 @@ int main(int argc, char** argv)
     tool.parameter("body", body_idx, "body in all poses, instead of --splits", -1, 100000000);
     tool.parameter("method", method, "name of the predictions in tables");
     tool.parameter("batch-size", batch_size, "samples that go through the network together", 1, 4096);
-    tool.parameter("device", device_name, "where the network runs", {"cpu", "cuda"});
+    tool.parameter("device", device, "where the network runs");
 
     return tool.run(argc, argv, [&] {
         catch_interrupts();
-        const Device device = parse_device(device_name);
+        require_available(device);
         const Template body_template = read_template(template_path);
         const std::string template_sha256 = sha256_path(template_path);
         const NdgModel model = NdgModel::load(model_path, body_template, template_sha256, device);

@@ -4,7 +4,6 @@
 #include "ndg/core/tool.h"
 #include "ndg/fem/replay.h"
 #include "ndg/fem/sample_shards.h"
-#include "ndg/fem/simulation_parameters.h"
 
 int main(int argc, char** argv)
 {
@@ -25,7 +24,7 @@ int main(int argc, char** argv)
     tool.parameter("shard", shard_text, "i/n: only every n-th pair from i on; collect-samples joins the shards");
     tool.parameter("replay", replay_idx, "simulate this sample alone, tell every iteration and keep nothing; -1: none",
                    -1, 1 << 30);
-    add_simulation_parameters(tool, options);
+    tool.options(options);
     tool.parameter("min-converged", min_converged, "smallest share of converged samples for exit code 0", 0, 1);
     return tool.run(argc, argv, [&] {
         catch_interrupts();

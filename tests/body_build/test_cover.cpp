@@ -19,7 +19,7 @@ AnatomyMesh capsule(const std::string& name, const std::string& layer, double ra
 {
     AnatomyMesh part;
     part.name = name;
-    part.layer = layer;
+    part.layer = parse_name<AnatomyLayer>(layer);
     part.vertices.resize(rings * segments + 2, 3);
     for (int r = 0; r < rings; ++r)
         for (int s = 0; s < segments; ++s) {

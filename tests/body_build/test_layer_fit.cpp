@@ -185,8 +185,8 @@ TEST_CASE("A skin that fails is set apart, and people must be known", "[layers]"
 
     skins.parameters(1, 1) = 3.0;
     CHECK_THROWS_WITH(people_of_skins(skins, "skins.h5", {}), Contains("second") && Contains("sex 3"));
-    PeopleOptions all_alike{false, {0.5, 12.0}};
+    PeopleOptions all_alike{SexSource::unknown, 12.0};
     CHECK_THROWS_WITH(people_of_skins(skins, "skins.h5", all_alike), Contains("12 years"));
-    all_alike.person.age_years = 44.0;
+    all_alike.age_years = 44.0;
     CHECK(people_of_skins(skins, "skins.h5", all_alike)[1].age_years == 44.0);
 }

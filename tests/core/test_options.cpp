@@ -2,6 +2,7 @@
 #include "capture.h"
 #include "ndg/core/error.h"
 #include "ndg/core/options.h"
+#include "support/described.h"
 
 #include <catch2/catch.hpp>
 
@@ -23,6 +24,11 @@ struct PaintOptions {
     double report_seconds = 60;
     int grain = 7;
 };
+struct ForgetfulOptions {
+    bool first = true;
+    int second = 2;
+    int third = 3;
+};
 
 void describe(OptionList& list, PaintOptions& options)
 {
@@ -33,6 +39,12 @@ void describe(OptionList& list, PaintOptions& options)
     list.add("colour", options.colour, "of the wall");
     list.add("report-seconds", options.report_seconds, "between reports", 0, 1e9).run_only();
     list.add("grain", options.grain, "of the paper", 1, 10).no_flag();
+}
+
+void describe(OptionList& list, ForgetfulOptions& options)
+{
+    list.add("first", options.first, "a bool and its padding");
+    list.add("second", options.second, "an int", 0, 9);
 }
 
 }  // namespace ndg
@@ -93,6 +105,12 @@ TEST_CASE("a flag is described once")
     PaintOptions options;
     describe(list, options);
     CHECK_THROWS_WITH(list.add("coats", options.grain, "again", 0, 1), Contains("coats is described twice"));
+}
+
+TEST_CASE("a field that its struct's description forgot is found")
+{
+    CHECK(test::undescribed_bytes<PaintOptions>().empty());
+    CHECK(test::undescribed_bytes<ForgetfulOptions>() == std::vector<std::size_t>{8, 9, 10, 11});
 }
 
 TEST_CASE("a tool takes its flags from the description")

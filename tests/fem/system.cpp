@@ -65,7 +65,7 @@ void require_derivatives(const ElasticSystem& system, const Points& x)
 MaterialOptions material(const std::string& energy)
 {
     MaterialOptions options;
-    options.energy = energy;
+    options.energy = parse_name<FleshEnergy>(energy);
     return options;
 }
 

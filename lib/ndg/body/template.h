@@ -2,6 +2,7 @@
 // The template: everything bodies share (tessellation, layers, skeleton, weights, anatomy and its embedding).
 #pragma once
 
+#include "ndg/body/anatomy_part.h"
 #include "ndg/body/embedding.h"
 #include "ndg/body/skeleton.h"
 #include "ndg/body/skinning.h"
@@ -21,15 +22,6 @@ struct Body {
         volume_vertices;  ///< N_v x 3 = [bone wrap; muscle wrap; volumetric skin], N_w rows each (X-bar of the paper)
     Points interior_vertices;  ///< N_i x 3, vertices inside the bone wrap (TetGen's and the caps')
     Points joint_positions;    ///< J x 3
-};
-
-/// A named piece of anatomy: a range of anatomy vertices and triangles.
-struct AnatomyPart {
-    std::string name;
-    std::string layer;  ///< "bone" or "muscle"
-    int vertex_begin = 0, vertex_end = 0, triangle_begin = 0, triangle_end = 0;
-    int fma_id = 0;               ///< Foundational Model of Anatomy; 0 for none
-    std::string side = "middle";  ///< "left", "right" or "middle"
 };
 
 /// A named point of the skin.

@@ -83,7 +83,7 @@ Joined join(const std::vector<AnatomyMesh>& parts)
     for (const AnatomyMesh& part : parts) {
         joined.vertices.middleRows(vertex, part.vertices.rows()) = part.vertices;
         joined.triangles.middleRows(triangle, part.triangles.rows()) = part.triangles.array() + int(vertex);
-        const bool bone = part.layer == "bone", hollow = part.joint != "head" && part.joint != "jaw";
+        const bool bone = part.layer == AnatomyLayer::bone, hollow = part.joint != "head" && part.joint != "jaw";
         joined.is_bone.insert(joined.is_bone.end(), std::size_t(part.vertices.rows()), bone);
         joined.hollow.insert(joined.hollow.end(), std::size_t(part.vertices.rows()), hollow);
         joined.triangle_is_bone.insert(joined.triangle_is_bone.end(), std::size_t(part.triangles.rows()), bone);

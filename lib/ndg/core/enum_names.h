@@ -2,10 +2,7 @@
 // Enums that stand in files, flags and tables by name: one table of names an enum.
 #pragma once
 
-#include "ndg/core/error.h"
-
-#include <fmt/ranges.h>
-
+#include <cstddef>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -26,6 +23,10 @@ struct EnumName {
 template <typename Enum>
 inline constexpr std::nullptr_t enum_table = nullptr;
 
+[[noreturn]] void throw_value_without_name(int value);
+[[noreturn]] void throw_unknown_name(std::string_view text, const std::string& what,
+                                     const std::vector<std::string>& known);
+
 /// Throws Error for a value without a name.
 template <typename Enum>
 std::string to_name(Enum value)
@@ -33,7 +34,7 @@ std::string to_name(Enum value)
     for (const EnumName<Enum>& entry : enum_table<Enum>) {
         if (entry.value == value) return entry.name;
     }
-    throw Error(fmt::format("{} is no value of its enum", static_cast<int>(value)));
+    throw_value_without_name(static_cast<int>(value));
 }
 
 /// All names, in the table's order.
@@ -60,8 +61,7 @@ template <typename Enum>
 Enum parse_name(std::string_view text, const std::string& what = "")
 {
     const std::optional<Enum> found = find_name<Enum>(text);
-    require_input(found.has_value(), "{}{}\"{}\" is none of {}", what, what.empty() ? "" : ": ", text,
-                  fmt::join(names<Enum>(), " | "));
+    if (!found) throw_unknown_name(text, what, names<Enum>());
     return *found;
 }
 

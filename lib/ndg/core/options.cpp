@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ndg/core/options.h"
 
+#include "ndg/core/error.h"
 #include "ndg/core/option_json.h"
+
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>

@@ -17,6 +17,7 @@ namespace ndg {
 /// An enum behind its name table.
 struct EnumReference {
     void* value = nullptr;
+    std::size_t size = 0;
     std::string (*name)(const void* value) = nullptr;
     /// Throws InputError for a name the table lacks.
     void (*set)(void* value, const std::string& name) = nullptr;
@@ -79,8 +80,25 @@ public:
         const auto set = [](void* stored, const std::string& text) {
             *static_cast<Enum*>(stored) = parse_name<Enum>(text);
         };
-        Option& option = add(flag, help, EnumReference{&value, name, set});
+        Option& option = add(flag, help, EnumReference{&value, sizeof(Enum), name, set});
         option.choices = names<Enum>();
+        return option;
+    }
+    /// No value is "auto".
+    template <typename Enum, typename = std::enable_if_t<std::is_enum_v<Enum>>>
+    Option& add(const std::string& flag, std::optional<Enum>& value, const std::string& help)
+    {
+        using Value = std::optional<Enum>;
+        const auto name = [](const void* stored) {
+            const Value& given = *static_cast<const Value*>(stored);
+            return given ? to_name(*given) : std::string("auto");
+        };
+        const auto set = [](void* stored, const std::string& text) {
+            *static_cast<Value*>(stored) = text == "auto" ? Value() : parse_name<Enum>(text);
+        };
+        Option& option = add(flag, help, EnumReference{&value, sizeof(Value), name, set});
+        option.choices = names<Enum>();
+        option.choices.insert(option.choices.begin(), "auto");
         return option;
     }
 

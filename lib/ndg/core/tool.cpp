@@ -224,7 +224,7 @@ void Tool::State::resolve()
     for (std::size_t i = 0; i < given.size(); ++i) {
         if (!given[i].empty()) set_from_words(options.options()[i], given[i]);
     }
-    set_log_level(parse_log_level(log_level));
+    set_log_level(parse_name<LogLevel>(log_level, "--log-level"));
     if (print_config) {
         fmt::print("{}\n", resolved_config(2));
         throw EarlyExit{};
@@ -330,9 +330,10 @@ Provenance Tool::provenance(const std::string& licences) const
         for (const ToolInput& input : state_->inputs) {
             for (const std::string& path : input.list()) paths.push_back(path);
         }
-        if (!state_->config_path.empty()) paths.push_back(state_->config_path);
         std::vector<Provenance::Input> hashed;
-        for (const std::string& path : paths) hashed.push_back({path, sha256_path(path), ""});
+        for (const std::string& path : paths) hashed.push_back({path, sha256_path(path), "", false});
+        const std::string& config = state_->config_path;
+        if (!config.empty()) hashed.push_back({config, sha256_path(config), "", true});
         state_->hashed_inputs = std::move(hashed);
         state_->hashed = true;
     }

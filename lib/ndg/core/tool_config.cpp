@@ -4,6 +4,8 @@
 #include "ndg/core/error.h"
 #include "ndg/core/file.h"
 
+#include "ndg_tool_names.h"  // made by CMake from tools/CMakeLists.txt
+
 #include <algorithm>
 #include <set>
 
@@ -13,10 +15,7 @@ namespace {
 using nlohmann::json;
 
 /// One config file serves a whole pipeline: every tool knows the names of the others' sections.
-const std::vector<std::string> tool_names = {
-    "make-template", "sample-bodies",    "fit-body",         "build-layers",    "fit-shape-space", "import-motion",
-    "sample-poses",  "make-splits",      "simulate-fem",     "collect-samples", "train-ndg",       "infer-ndg",
-    "reconstruct",   "animate-baseline", "evaluate-metrics", "export-scene",    "ndg-info"};
+const std::vector<std::string> tool_names = {NDG_TOOL_NAMES};
 
 json parse_config(const std::string& path)
 {

@@ -23,7 +23,7 @@ std::vector<std::vector<int>> elements_around(const std::vector<Element>& elemen
 }  // namespace
 
 ElasticModel::ElasticModel(const Template& body_template, const MaterialOptions& material)
-    : material_((material.check(), material)),
+    : material_((check_options(material), material)),
       prisms_(body_template.prisms),
       num_vertices_(body_template.num_volume_vertices()),
       num_fixed_(body_template.num_wrap_vertices()),

@@ -2,16 +2,15 @@
 #include "ndg/fem/simulate.h"
 
 #include "ndg/core/error.h"
-#include "ndg/core/hash.h"
 #include "ndg/core/log.h"
 #include "ndg/core/progress.h"
 #include "ndg/core/stopwatch.h"
 #include "ndg/core/threads.h"
 #include "ndg/deform/rest_cache.h"
 #include "ndg/fem/sample_parts.h"
+#include "ndg/fem/simulation_key.h"
 
 #include <omp.h>
-#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <atomic>
@@ -186,17 +185,6 @@ bool is_complete(const std::string& output, const std::string& key, const std::v
     return true;
 }
 
-/// The tool's parameters but those that choose and judge samples: whatever else is configured may change them.
-std::string sample_config(const std::string& config_json)
-{
-    nlohmann::json config = nlohmann::json::parse(config_json);
-    for (nlohmann::json& section : config) {
-        if (!section.is_object()) continue;
-        for (const char* key : {"shard", "replay", "min_converged", "seed"}) section.erase(key);
-    }
-    return config.dump();
-}
-
 double mean(const std::vector<double>& values)
 {
     return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
@@ -230,19 +218,6 @@ std::vector<SampleTask> sample_tasks(const Splits& splits, const Shard& shard)
     return tasks;
 }
 
-std::string simulation_key(const SimulationOptions& options, const Provenance& provenance)
-{
-    const MaterialOptions& material = options.material;
-    const NewtonOptions& newton = options.newton;
-    std::string text = fmt::format("{} {}\n{} {} {} {} {} {} {}\n{} {} {} {}\n", project_version(), project_commit(),
-                                   material.energy, material.young_muscle_pascal, material.young_fat_pascal,
-                                   material.poisson_ratio, material.flesh_stiffness, material.stretch_stiffness,
-                                   material.bend_stiffness, newton.relative_tolerance, newton.absolute_tolerance_newton,
-                                   newton.max_iterations, options.load_steps);
-    for (const Provenance::Input& input : provenance.inputs) text += input.sha256 + "\n";
-    return sha256(text + sample_config(provenance.config_json));
-}
-
 std::string convergence_text(const SimulationOptions& options)
 {
     return fmt::format("out-of-balance force <= {:g} of all element forces, or <= {:g} N",
@@ -254,7 +229,7 @@ DeformationSet simulate_samples(const Template& body_template, const BodySet& bo
                                 const std::string& output, const Provenance& provenance,
                                 const std::function<bool()>& stop, bool force)
 {
-    options.check();
+    check_options(options);
     for (const SampleTask& task : tasks) require_pair(task.pair, bodies.bodies.size(), poses.poses.size());
     const std::string key = simulation_key(options, provenance);
     if (!force && is_complete(output, key, tasks)) {

@@ -29,8 +29,6 @@ struct SampleTask {
 /// All pairs in order of splits, of them those of the shard. Throws InputError when none is left.
 std::vector<SampleTask> sample_tasks(const Splits& splits, const Shard& shard);
 
-/// SHA-256 over program version, options and input hashes: what a finished sample depends on besides its pair.
-std::string simulation_key(const SimulationOptions& options, const Provenance& provenance);
 /// When a sample counts as converged, in words.
 std::string convergence_text(const SimulationOptions& options);
 

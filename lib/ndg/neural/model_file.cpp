@@ -92,7 +92,8 @@ NetworkOptions read_options(const H5Reader& file)
 {
     NetworkOptions options;
     options.widths = parse_widths(file.attribute("widths"), file.path());
-    options.parametrisation = file.attribute("parametrisation");
+    options.parametrisation =
+        parse_name<ParametrisationKind>(file.attribute("parametrisation"), file.path() + ": parametrisation");
     options.rotation = read_flag(file, "rotation");
     options.shape = read_flag(file, "shape");
     options.output_basis = read_count(file, "output_basis");
@@ -138,7 +139,7 @@ void NdgModel::save(const std::string& path, const Provenance& provenance) const
     State& state = *state_;
     H5Writer file(path, model_format, model_version, provenance);
     file.attribute("widths", join(state.options.widths));
-    file.attribute("parametrisation", state.options.parametrisation);
+    file.attribute("parametrisation", to_name(state.options.parametrisation));
     file.attribute("rotation", std::string(state.options.rotation ? "true" : "false"));
     file.attribute("shape", std::string(state.options.shape ? "true" : "false"));
     file.attribute("output_basis",

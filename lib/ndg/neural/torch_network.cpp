@@ -53,19 +53,19 @@ Tensor product(const Tensor& a, const Tensor& b)
 }
 
 /// Q (B, 9 N_p) to residuals of the same shape.
-Tensor parametrise(const Tensor& outputs, const std::string& parametrisation)
+Tensor parametrise(const Tensor& outputs, ParametrisationKind parametrisation)
 {
     const Tensor matrices = outputs.reshape({outputs.size(0), -1, 9});
     Tensor residuals;
-    if (parametrisation == "exponential") {
+    if (parametrisation == ParametrisationKind::exponential) {
         residuals = differentiable_exponential(matrices);
-    } else if (parametrisation == "direct") {
+    } else if (parametrisation == ParametrisationKind::direct) {
         residuals = matrices + torch::eye(3, outputs.options()).reshape({1, 1, 9});
     } else {
         const std::vector<Tensor> q = matrices.unbind(-1);
         const Tensor zero = torch::zeros_like(q[0]);
         const Tensor one = torch::ones_like(q[0]);
-        const Tensor left = parametrisation == "lu"
+        const Tensor left = parametrisation == ParametrisationKind::lu
                                 ? torch::stack({one, zero, zero, q[3], one, zero, q[6], q[7], one}, -1)
                                 : differentiable_exponential(
                                       torch::stack({zero, -q[3], -q[6], q[3], zero, -q[7], q[6], q[7], zero}, -1));

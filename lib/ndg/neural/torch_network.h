@@ -23,7 +23,7 @@ struct TorchNetwork {
     };
     std::vector<Layer> layers;  ///< hidden layers and the last one
     torch::Tensor basis;        ///< k x 9 N_p, not trained; undefined where the last layer gives Q itself
-    std::string parametrisation;
+    ParametrisationKind parametrisation = ParametrisationKind::exponential;
 
     /// Trained tensors in a fixed order.
     std::vector<torch::Tensor> parameters() const;

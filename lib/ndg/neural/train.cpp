@@ -2,9 +2,9 @@
 #include "ndg/neural/train.h"
 
 #include "ndg/core/error.h"
-#include "ndg/core/hash.h"
 #include "ndg/core/interrupt.h"
 #include "ndg/core/log.h"
+#include "ndg/core/provenance.h"
 #include "ndg/core/random.h"
 #include "ndg/core/threads.h"
 #include "ndg/neural/adamw.h"
@@ -82,14 +82,8 @@ Trainer::Trainer(NdgModel::State& model, const TrainingSet& training, const Trai
 
 std::string Trainer::fingerprint() const
 {
-    const NetworkOptions& network = model_.options;
-    std::string text =
-        fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} ", network.parametrisation, network.rotation,
-                    network.shape, network.output_basis, options_.epochs, options_.batch_size, options_.learning_rate,
-                    options_.weight_decay, options_.schedule, options_.dropout, options_.input_noise, options_.patience,
-                    options_.seed, model_.seed, model_.template_sha256, model_.num_prisms);
-    for (const int width : network.widths) text += fmt::format("{} ", width);
-    return sha256(text + training_.digest() + validation_.digest());
+    return run_key("training", training_method_version, options_key(model_.options) + options_key(options_),
+                   {model_.template_sha256, std::to_string(model_.seed), training_.digest(), validation_.digest()});
 }
 
 Tensor Trainer::inputs_of(const TrainingSet& set, const int* samples, int count, double noise) const
@@ -169,7 +163,7 @@ void Trainer::start_or_resume(TrainingResult& result)
             basis = TorchNetwork::matrix(state_.basis);
         else
             basis = fit_output_basis(training_, model_.options.output_basis,
-                                     model_.options.parametrisation == "exponential", options_.seed);
+                                     model_.options.parametrisation == ParametrisationKind::exponential, options_.seed);
     }
     model_.network = make_network(model_.options, model_.num_inputs(), model_.num_prisms, basis, model_.seed);
     if (basis.size() > 0) state_.basis = model_.network.basis;
@@ -217,7 +211,7 @@ void Trainer::save_if_due()
 
 double Trainer::batch_learning_rate() const
 {
-    if (options_.schedule != "cosine") return state_.learning_rate;
+    if (options_.schedule != Schedule::cosine) return state_.learning_rate;
     const double total = static_cast<double>(options_.epochs) * batches_per_epoch();
     const double done = static_cast<double>(state_.epoch) * batches_per_epoch() + state_.batch;
     return 0.5 * options_.learning_rate * (1 + std::cos(EIGEN_PI * done / total));
@@ -269,7 +263,7 @@ void Trainer::finish_epoch()
         state_.bad_epochs = 0;
         state_.best_parameters.clear();
         for (const Tensor& parameter : parameters_) state_.best_parameters.push_back(parameter.detach().clone());
-    } else if (++state_.bad_epochs >= plateau_patience && options_.schedule == "plateau") {
+    } else if (++state_.bad_epochs >= plateau_patience && options_.schedule == Schedule::plateau) {
         state_.bad_epochs = 0;
         state_.learning_rate *= plateau_factor;
     }
@@ -304,7 +298,7 @@ TrainingResult Trainer::run()
 TrainingResult train(NdgModel& model, const TrainingSet& training, const TrainingSet& validation,
                      const TrainingOptions& options, const TrainingCallbacks& callbacks)
 {
-    options.check();
+    check_options(options);
     NdgModel::State& state = model.state();
     for (const TrainingSet* set : {&training, &validation}) {
         require_input(set->num_prisms() == state.num_prisms, "the samples have {} prisms where the model has {}",

@@ -123,8 +123,8 @@ ReportedFit read_reported_fit(const std::string& path, const std::string& name)
             ReportedFit fit;
             fit.name = wanted;
             report.at("file").get_to(fit.file);
-            report.at("unit").get_to(fit.unit);
-            report.at("up").get_to(fit.up);
+            fit.unit = parse_name<LengthUnit>(report.at("unit").get<std::string>(), path + ": unit");
+            fit.up = parse_name<Axis>(report.at("up").get<std::string>(), path + ": up");
             report.at("heading_degrees").get_to(fit.heading_degrees);
             return fit;
         }

@@ -13,8 +13,7 @@ namespace {
 
 double read_sex(const nlohmann::json& value, const std::string& where)
 {
-    if (value == "female") return 0.0;
-    if (value == "male") return 1.0;
+    if (value.is_string()) return male_share(parse_name<Sex>(value.get<std::string>(), where + ": sex"));
     const double sex = value.is_number() ? value.get<double>() : -1.0;
     require_input(sex >= 0.0 && sex <= 1.0, "{}: sex is {}, expected a number from 0 (female) to 1 (male)", where,
                   value.dump());

@@ -28,7 +28,7 @@ Layer wrap_layer(const std::string& name, const Template& body_template, const B
 }
 
 /// The anatomy parts of one kind as one surface with its own vertex numbering.
-Layer gather_anatomy(const std::string& name, const std::string& kind, const Template& body_template,
+Layer gather_anatomy(const std::string& name, AnatomyLayer kind, const Template& body_template,
                      const BodyGeometry& geometry)
 {
     Layer layer;
@@ -128,8 +128,8 @@ Layer bone_wrap_layer(const Template& body_template, const BodyGeometry& geometr
 
 std::vector<Layer> anatomy_layers(const Template& body_template, const BodyGeometry& geometry)
 {
-    Layer bones = gather_anatomy("bones", "bone", body_template, geometry);
-    Layer muscles = gather_anatomy("muscles", "muscle", body_template, geometry);
+    Layer bones = gather_anatomy("bones", AnatomyLayer::bone, body_template, geometry);
+    Layer muscles = gather_anatomy("muscles", AnatomyLayer::muscle, body_template, geometry);
     bones.colour = bone_colour;
     muscles.colour = muscle_colour;
     muscles.gloss = 0.25f;
