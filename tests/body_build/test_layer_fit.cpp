@@ -7,6 +7,7 @@
 #include "ndg/core/random.h"
 #include "ndg/geometry/prism.h"
 #include "ndg/geometry/triangle_mesh.h"
+#include "support/described.h"
 #include "support/support.h"
 
 #include <Eigen/Eigenvalues>
@@ -185,6 +186,12 @@ TEST_CASE("A skin that fails is set apart, and people must be known", "[layers]"
 
     skins.parameters(1, 1) = 3.0;
     CHECK_THROWS_WITH(people_of_skins(skins, "skins.h5", {}), Contains("second") && Contains("sex 3"));
+    CHECK(test::undescribed_bytes<LayerFitOptions>().empty());
+    LayerFitOptions other;
+    other.wrap_spring *= 1 + 1e-15;
+    CHECK(layers_key(other, "template") != layers_key({}, "template"));
+    CHECK(layers_key({}, "another") != layers_key({}, "template"));
+
     PeopleOptions all_alike{SexSource::unknown, 12.0};
     CHECK_THROWS_WITH(people_of_skins(skins, "skins.h5", all_alike), Contains("12 years"));
     all_alike.age_years = 44.0;

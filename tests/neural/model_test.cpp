@@ -4,6 +4,7 @@
 
 #include "ndg/core/error.h"
 #include "ndg/neural/train.h"
+#include "support/described.h"
 #include "synthetic.h"
 
 #include <catch2/catch.hpp>
@@ -216,6 +217,8 @@ TEST_CASE("options that make no sense are refused")
     CHECK_THROWS_AS(network.check(), InputError);
     TrainingOptions training;
     CHECK_NOTHROW(check_options(training));
+    CHECK(undescribed_bytes<NetworkOptions>().empty());
+    CHECK(undescribed_bytes<TrainingOptions>().empty());
     training.learning_rate = std::nan("");
     CHECK_THROWS_AS(check_options(training), InputError);
 }

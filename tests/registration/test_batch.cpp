@@ -5,11 +5,22 @@
 #include "ndg/registration/batch_report.h"
 #include "ndg/registration/people.h"
 #include "registration/test_support.h"
+#include "support/described.h"
 #include "support/support.h"
 
 #include <fstream>
 
 using namespace ndg;
+
+TEST_CASE("a batch's key knows all options and the examples")
+{
+    CHECK(test::undescribed_bytes<FitOptions>().empty());
+    const std::string key = fit_key({}, {"template"});
+    FitOptions other;
+    other.nonrigid.tangential *= 1 + 1e-15;
+    CHECK(fit_key(other, {"template"}) != key);
+    CHECK(fit_key({}, {"template", "examples"}) != key);
+}
 
 TEST_CASE("a batch reports bad scans, goes on, and starts again where it was stopped")
 {
@@ -54,7 +65,7 @@ TEST_CASE("a batch reports bad scans, goes on, and starts again where it was sto
     const ReportedFit reported = read_reported_fit(folder.file("report.json"), "");
     CHECK(reported.name == "a");
     CHECK(reported.file == folder.file("a.ply"));
-    CHECK(reported.unit == "m");
+    CHECK(reported.unit == LengthUnit::metre);
     CHECK_THROWS_AS(read_reported_fit(folder.file("report.json"), "b"), InputError);
 
     // A fit that misses the gate is worse than a good one, and is no body of the set.

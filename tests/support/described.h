@@ -16,17 +16,15 @@ namespace ndg::test {
 template <typename Options>
 std::vector<std::size_t> undescribed_bytes()
 {
-    // Only padding is cleared: what is left of the ones belongs to fields.
-    union Storage {
-        Storage() { std::memset(static_cast<void*>(this), 0xff, sizeof(*this)); }
-        ~Storage() {}
-        Options options;
-    } fields;
-    __builtin_clear_padding(&fields.options);
-    std::vector<unsigned char> open(sizeof(Options));
-    std::memcpy(open.data(), static_cast<const void*>(&fields.options), sizeof(Options));
-
     Options options;
+    std::vector<unsigned char> open(sizeof(Options)), kept(sizeof(Options));
+    void* const memory = &options;
+    std::memcpy(kept.data(), memory, sizeof(Options));
+    std::memset(memory, 0xff, sizeof(Options));
+    __builtin_clear_padding(&options);  // what is left of the ones belongs to fields
+    std::memcpy(open.data(), memory, sizeof(Options));
+    std::memcpy(memory, kept.data(), sizeof(Options));
+
     OptionList list;
     describe(list, options);
     for (const Option& option : list.options()) {

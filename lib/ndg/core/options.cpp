@@ -91,7 +91,7 @@ void Option::check() const
 
 Option& OptionList::add(const std::string& flag, double& value, const std::string& help, double low, double high)
 {
-    Option& option = add(flag, help, &value);
+    Option& option = append(flag, help, &value);
     option.low = low;
     option.high = high;
     return option;
@@ -99,7 +99,7 @@ Option& OptionList::add(const std::string& flag, double& value, const std::strin
 
 Option& OptionList::add(const std::string& flag, int& value, const std::string& help, int low, int high)
 {
-    Option& option = add(flag, help, &value);
+    Option& option = append(flag, help, &value);
     option.low = low;
     option.high = high;
     return option;
@@ -107,17 +107,17 @@ Option& OptionList::add(const std::string& flag, int& value, const std::string& 
 
 Option& OptionList::add(const std::string& flag, std::uint64_t& value, const std::string& help)
 {
-    return add(flag, help, &value);
+    return append(flag, help, &value);
 }
 
 Option& OptionList::add(const std::string& flag, bool& value, const std::string& help)
 {
-    return add(flag, help, &value);
+    return append(flag, help, &value);
 }
 
 Option& OptionList::add(const std::string& flag, std::vector<int>& value, const std::string& help, int low, int high)
 {
-    Option& option = add(flag, help, &value);
+    Option& option = append(flag, help, &value);
     option.low = low;
     option.high = high;
     return option;
@@ -126,12 +126,12 @@ Option& OptionList::add(const std::string& flag, std::vector<int>& value, const 
 Option& OptionList::add(const std::string& flag, std::string& value, const std::string& help,
                         const std::vector<std::string>& choices)
 {
-    Option& option = add(flag, help, &value);
+    Option& option = append(flag, help, &value);
     option.choices = choices;
     return option;
 }
 
-Option& OptionList::add(const std::string& flag, const std::string& help, decltype(Option::value) value)
+Option& OptionList::append(const std::string& flag, const std::string& help, decltype(Option::value) value)
 {
     for (const Option& other : options_) require(other.flag != flag, "the option {} is described twice", flag);
     Option option;

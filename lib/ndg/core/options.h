@@ -80,7 +80,7 @@ public:
         const auto set = [](void* stored, const std::string& text) {
             *static_cast<Enum*>(stored) = parse_name<Enum>(text);
         };
-        Option& option = add(flag, help, EnumReference{&value, sizeof(Enum), name, set});
+        Option& option = append(flag, help, EnumReference{&value, sizeof(Enum), name, set});
         option.choices = names<Enum>();
         return option;
     }
@@ -96,7 +96,7 @@ public:
         const auto set = [](void* stored, const std::string& text) {
             *static_cast<Value*>(stored) = text == "auto" ? Value() : parse_name<Enum>(text);
         };
-        Option& option = add(flag, help, EnumReference{&value, sizeof(Value), name, set});
+        Option& option = append(flag, help, EnumReference{&value, sizeof(Value), name, set});
         option.choices = names<Enum>();
         option.choices.insert(option.choices.begin(), "auto");
         return option;
@@ -106,7 +106,7 @@ public:
     const std::vector<Option>& options() const { return options_; }
 
 private:
-    Option& add(const std::string& flag, const std::string& help, decltype(Option::value) value);
+    Option& append(const std::string& flag, const std::string& help, decltype(Option::value) value);
 
     std::vector<Option> options_;
 };
