@@ -148,7 +148,7 @@ int main(int argc, char** argv)
         const Wrap template_wraps[2] = {wrap_of(t.rest, 0), wrap_of(t.rest, 1)};
         for (const AnatomyPart& part : t.anatomy_parts)
             for (int v = part.vertex_begin; v < part.vertex_end; v += stride) {
-                const int layer = part.layer == "bone" ? 0 : 1;
+                const int layer = part.layer == AnatomyLayer::bone ? 0 : 1;
                 if (t.embedding.elements[static_cast<std::size_t>(v)] < 0) continue;
                 if (template_wraps[layer].depth(t.anatomy_vertices.row(v).transpose()) > 0.0)
                     checked.push_back({v, layer});

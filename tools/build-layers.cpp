@@ -46,30 +46,22 @@ int main(int argc, char** argv)
         "Builds the layers of every skin: bone wrap, muscle wrap, bone interior, all prisms valid; fat and muscle "
         "from the skin's girths.",
         "build-layers --template template.h5 --skins skins.h5 --output bodies.h5");
-    std::string template_path, skins_path, output, sex = "skins";
+    std::string template_path, skins_path, output;
     LayerFitOptions options;
     PeopleOptions people_options;
     tool.input("template", template_path, "template file");
     tool.input("skins", skins_path, "skins in the template's tessellation");
     tool.output("output", output, "bodies file to write");
-    tool.parameter("sex", sex, "of all people; 'skins': the skins' parameters sex and age_years",
-                   {"skins", "female", "male", "unknown"});
-    tool.parameter("age-years", people_options.person.age_years, "of all people, unless the skins say", 18.0, 110.0);
-    tool.parameter("min-scaled-jacobian", options.min_scaled_jacobian, "prisms flatter than this are improved", 0.001,
-                   0.5);
-    tool.parameter("min-thickness", options.min_thickness, "m, layers thinner than this are improved", 0.0001, 0.02);
-    tool.parameter("skin-spring", options.skin_spring, "weight that holds skin vertices where they are", 0.01, 1e4);
-    tool.parameter("smoothness", options.smoothness, "weight of the Laplacian of displacements", 0.0, 1e4);
+    tool.options(people_options);
+    tool.options(options);
     return tool.run(argc, argv, [&] {
         catch_interrupts();
         const Template body_template = read_template(template_path);
         const SkinSet skins = read_skins(skins_path, body_template);
-        people_options.from_skins = sex == "skins";
-        people_options.person.sex = sex == "male" ? 1.0 : sex == "female" ? 0.0 : 0.5;
         const std::vector<Person> people = people_of_skins(skins, skins_path, people_options);
         const Provenance provenance = tool.provenance();
         const LayerBuilder builder(body_template, options);
-        const PartStore store(output, body_parts, provenance.config_json + body_template.file_sha256, tool.force());
+        const PartStore store(output, body_parts, layers_key(options, body_template.file_sha256), tool.force());
         LayerBatch batch = build_layer_batch(builder, skins, people, store, interrupt_requested);
         batch.bodies.template_sha256 = body_template.file_sha256;
         const std::size_t count = skins.bodies.size(), built = batch.bodies.bodies.size();

@@ -82,7 +82,7 @@ int main(int argc, char** argv)
     std::string template_path, bodies_path, poses_path, glb_path, picture_path;
     std::vector<std::string> deformation_paths;
     Selection asked;
-    std::string view = "front", kind = "body", split = "test", colour = "plain";
+    std::string kind = "body", split = "test", colour = "plain";
     int count = 3;
     PictureSettings settings;
     ContactSheetSettings sheet;
@@ -98,7 +98,7 @@ int main(int argc, char** argv)
     tool.parameter("sample", asked.sample_idx, "Sample of the deformation file; -1: none", -1, 1 << 30);
     tool.parameter("picture-kind", kind, "What the picture shows",
                    {"body", "layers", "cut", "frames", "bodies", "poses"});
-    tool.parameter("view", view, "Where the camera stands", view_names());
+    tool.parameter("view", settings.view, "Where the camera stands");
     tool.parameter("colour", colour, "Skin in plain colour or by volume change", {"plain", "volume"});
     tool.parameter("colour-range", settings.colour_range, "Volume change shown in full colour", 1e-3, 10.0);
     tool.parameter("split", split, "Split the frames are taken from", split_names);
@@ -108,7 +108,7 @@ int main(int argc, char** argv)
 
     return tool.run(argc, argv, [&] {
         require_input(!glb_path.empty() || !picture_path.empty(), "Give --picture, --glb or both");
-        settings.view = sheet.view = parse_view(view);
+        sheet.view = settings.view;
         sheet.samples_per_axis = settings.samples_per_axis;
         if (height > 0) settings.height = sheet.cell_height = height;
         settings.volume_colours = colour == "volume";

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ndg/core/error.h"
 #include "ndg/core/file.h"
+#include "ndg/core/hash.h"
 #include "ndg/core/interrupt.h"
 #include "ndg/core/tool.h"
 #include "ndg/registration/batch_report.h"
@@ -50,27 +51,9 @@ int main(int argc, char** argv)
     tool.output("poses", poses, "file for the poses that bring the skins back onto the scans", false);
     tool.output("report", report_path, "JSON file for the reports", false);
     tool.parameter("surfaces", batch.surfaces, "folder for the fitted skins in the scans' places, NAME.ply");
-    tool.parameter("unit", options.scan.unit, "unit of the scans", [] {
-        std::vector<std::string> units = scan_units();
-        units.insert(units.begin(), "auto");
-        return units;
-    }());
-    tool.parameter("up", options.scan.up, "axis of the scans that points up",
-                   {"auto", "x", "y", "z", "-x", "-y", "-z"});
-    tool.parameter("max-points", options.scan.max_points, "scans with more points are thinned to about that many", 2000,
-                   1000000);
+    tool.options(options);
     tool.parameter("sex", person.sex, "of people without an entry: 0 female, 1 male", 0.0, 1.0);
     tool.parameter("age-years", person.age_years, "of people without an entry", 18.0, 110.0);
-    tool.parameter("armpit-factor", options.armpit_factor, "weight of the regulariser at the armpits", 1.0, 1e8);
-    tool.parameter("armpit-radius", options.armpit_radius, "around each armpit, m", 0.001, 0.3);
-    tool.parameter("rounds", options.rounds, "of pose and proportions, then surface", 1, 10);
-    tool.parameter("iterations", options.nonrigid.iterations, "of the surface, each round", 1, 1000);
-    tool.parameter("last-wavelength", options.nonrigid.last_wavelength,
-                   "shapes smaller than about this are the template's, m", 0.005, 1.0);
-    tool.parameter("max-mean", options.max_mean, "gate: mean distance of scan points to the skin, noise included, m",
-                   1e-5, 0.1);
-    tool.parameter("min-coverage", options.min_coverage, "gate: share of the scan near the skin", 0.0, 1.0);
-    tool.parameter("min-seen", options.min_seen, "gate: share of the skin that the scan shows", 0.0, 1.0);
     tool.parameter("keep-failed", keep_failed, "write bodies that miss the gate too");
     tool.parameter("min-passed", min_passed, "exit code 3 when a smaller share of the scans passes", 0.0, 1.0);
     return tool.run(argc, argv, [&] {
@@ -80,19 +63,17 @@ int main(int argc, char** argv)
         const People known = people.empty() ? People{} : read_people(people);
         const ScanTruth truth = truth_path.empty() ? ScanTruth{} : read_scan_truth(truth_path, body_template);
         std::vector<JointExample> joint_examples;
-        std::string key = provenance.config_json + body_template.file_sha256;
+        std::vector<std::string> hashes = {body_template.file_sha256};
         if (!examples.empty()) {
             SkinSet set = read_skins(examples, body_template);
             for (Skin& body : set.bodies) {
                 joint_examples.push_back({std::move(body.skin_vertices), std::move(body.joint_positions)});
             }
-            for (const Provenance::Input& input : provenance.inputs) {
-                if (input.path == examples) key += input.sha256;
-            }
+            hashes.push_back(sha256_path(examples));
         }
         const BodyFitter fitter(body_template, options, joint_examples);
         const std::vector<std::string> files = scan_files(scans);
-        const PartStore store(output, scan_parts, key, tool.force());
+        const PartStore store(output, scan_parts, fit_key(options, hashes), tool.force());
         const std::vector<BatchEntry> entries =
             fit_batch(fitter, files, options, body_template.skin_triangles, batch, store, interrupt_requested);
 

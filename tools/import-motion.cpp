@@ -11,14 +11,11 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
 #include <optional>
 
 using namespace ndg;
 
 namespace {
-
-constexpr double radians_per_degree = M_PI / 180.0;
 
 void print_conventions(const RetargetReport& report)
 {
@@ -50,8 +47,6 @@ int main(int argc, char** argv)
     std::string template_path, map_path, maps_folder, limits_path, output_path, report_path, licence;
     RetargetOptions options;
     ConventionOptions conventions;
-    double max_speed = options.max_joint_speed / radians_per_degree, max_angle = 180.0;
-    bool clamp = false;
 
     Tool tool("import-motion", "Brings motion capture onto the project's skeleton.",
               "import-motion --motion mocap/ --template template.h5 --joint-maps configs/joint-maps --joint-limits "
@@ -63,26 +58,13 @@ int main(int argc, char** argv)
     tool.input("joint-limits", limits_path, "ranges of motion to count violations of", false);
     tool.output("output", output_path, "poses to write");
     tool.output("report", report_path, "all figures of every clip, JSON", false);
-    tool.parameter("frame-rate", options.frame_rate, "poses kept a second (Hz), 0: every frame", 0.0, 1000.0);
-    tool.parameter("max-joint-speed", max_speed, "drop frames where a joint turns faster (degrees/s): glitches", 1.0,
-                   1e9);
-    tool.parameter("max-joint-angle", max_angle, "drop frames with a joint further from rest (degrees), 180: none", 0.0,
-                   180.0);
-    tool.parameter("inverse-kinematics", options.inverse_kinematics,
-                   "match joint positions; without, rotations are transferred alone");
-    tool.parameter("clamp-joint-limits", clamp, "bring joints to the border of their range");
-    tool.parameter("up-axis", conventions.up, "axis of the BVH and ASF files that points up; auto: as the zero pose",
-                   {"", "auto", "x", "y", "z", "+x", "+y", "+z", "-x", "-y", "-z"});
-    tool.parameter("metres-per-unit", conventions.metres_per_unit,
-                   "length of the files' unit (m); 0: from the file or the performer's stature", 0.0, 1000.0);
+    tool.options(options);
+    tool.options(conventions);
     tool.parameter("licence", licence, "licence and credit line of the motions, kept in the output");
 
     return tool.run(argc, argv, [&] {
         require_input(map_path.empty() || maps_folder.empty(), "give one of --joint-map and --joint-maps, not both");
-        require_input(!clamp || !limits_path.empty(), "--clamp-joint-limits needs --joint-limits");
-        options.max_joint_speed = max_speed * radians_per_degree;
-        options.max_joint_angle = max_angle * radians_per_degree;
-        if (conventions.up == "auto") conventions.up.clear();
+        require_input(!options.clamp_limits || !limits_path.empty(), "--clamp-joint-limits needs --joint-limits");
         const Points joint_positions = read_template(template_path).rest.joint_positions;
         std::vector<JointMap> maps;
         if (!map_path.empty()) maps = {read_joint_map(map_path)};
@@ -90,7 +72,6 @@ int main(int argc, char** argv)
         std::optional<JointLimits> limits;
         if (!limits_path.empty()) limits.emplace(read_joint_limits(limits_path), joint_positions);
         options.limits = limits ? &*limits : nullptr;
-        options.clamp_limits = clamp;
 
         PoseSet poses;
         ClipNames names;

@@ -19,15 +19,7 @@ int main(int argc, char** argv)
     tool.input("bodies", bodies_path, "bodies");
     tool.input("poses", poses_path, "poses");
     tool.output("output", output_path, "splits and pairs to write");
-    for (int k = 0; k < 3; ++k) {
-        const std::string& name = split_names[k];
-        tool.parameter(name + "-fraction", options.fractions[k], "share of bodies and of poses for " + name, 0.0, 1.0);
-        tool.parameter(name + "-pairs", options.num_pairs[k], "pairs for " + name, 1, 1000000000);
-    }
-    tool.parameter("segment-seconds", options.segment_seconds, "clips are split in whole segments of this length (s)",
-                   1e-3, 1e9);
-    tool.parameter("guard-seconds", options.guard_seconds,
-                   "least time between poses of one clip in different splits (s)", 0.0, 1e9);
+    tool.options(options);
 
     return tool.run(argc, argv, [&] {
         const Template body_template = read_template(template_path);

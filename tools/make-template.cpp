@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ndg/anatomical/source.h"
+#include "ndg/body/person.h"
 #include "ndg/core/error.h"
 #include "ndg/core/tool.h"
 #include "ndg/procedural/body.h"
@@ -12,21 +13,20 @@ using namespace ndg;
 
 namespace {
 
-TemplateSource anatomy_template_source(const std::string& makehuman, const std::string& bodyparts3d,
-                                       const std::string& sex)
+TemplateSource anatomy_template_source(const std::string& makehuman, const std::string& bodyparts3d, Sex sex)
 {
     require_input(!makehuman.empty() && !bodyparts3d.empty(), "--source anatomy needs --makehuman and --bodyparts3d");
     const MakeHuman body(makehuman);
     MakeHumanParameters person;
-    person.sex = sex == "male" ? 1.0 : 0.0;
+    person.sex = male_share(sex);
     return anatomy_source(body, bodyparts3d, person).source;
 }
 
-TemplateSource procedural_template_source(const std::string& sex)
+TemplateSource procedural_template_source(Sex sex)
 {
     ProceduralParameters person;
-    person.sex = sex == "male" ? 1.0 : 0.0;
-    person.stature_m = sex == "male" ? 1.753 : 1.614;
+    person.sex = male_share(sex);
+    person.stature_m = sex == Sex::male ? 1.753 : 1.614;
     person.mass_kg = 23.5 * person.stature_m * person.stature_m;
     return ProceduralBody().source(person);
 }
@@ -41,23 +41,20 @@ int main(int argc, char** argv)
         "and muscles embedded. Either from MakeHuman's body with BodyParts3D's anatomy, or from the built-in "
         "procedural body, which needs no file.",
         "make-template --source procedural --prisms 6000 --output template.h5");
-    std::string source_name = "procedural", sex = "male", makehuman, bodyparts3d, output;
+    std::string makehuman, bodyparts3d, output;
+    SourceKind kind = SourceKind::procedural;
+    Sex sex = Sex::male;
     TemplateOptions options;
     tool.input("makehuman", makehuman, "folder with MakeHuman's 3dobjs, targets and rigs (source anatomy)", false);
     tool.input("bodyparts3d", bodyparts3d, "folder with BodyParts3D's bones, muscles, other, tendons (source anatomy)",
                false);
     tool.output("output", output, "template file to write");
-    tool.parameter("source", source_name, "where skin and anatomy come from", {"anatomy", "procedural"});
-    tool.parameter("sex", sex, "of the template body", {"male", "female"});
-    tool.parameter("prisms", options.prisms, "wanted number of prisms, reached within a few percent", 1000, 500000);
-    tool.parameter("keep-ratio", options.keep_ratio, "share of triangles kept on head, hands and toes", 0.01, 1.0);
-    tool.parameter("bone-cover", options.cover.bone, "least depth of bones under the skin, m", 0.0, 0.02);
-    tool.parameter("muscle-cover", options.cover.muscle, "least depth of muscles under the skin, m", 0.0, 0.02);
-    tool.parameter("min-scaled-jacobian", options.wraps.min_scaled_jacobian, "no prism flatter than this is wanted",
-                   0.001, 0.5);
+    tool.parameter("source", kind, "where skin and anatomy come from");
+    tool.parameter("sex", sex, "of the template body");
+    tool.options(options);
     return tool.run(argc, argv, [&] {
-        const TemplateSource source = source_name == "anatomy" ? anatomy_template_source(makehuman, bodyparts3d, sex)
-                                                               : procedural_template_source(sex);
+        const TemplateSource source = kind == SourceKind::anatomy ? anatomy_template_source(makehuman, bodyparts3d, sex)
+                                                                  : procedural_template_source(sex);
         const Template made = make_template(source, options);
         write_template(output, made, tool.provenance(source.licence));
         const TemplateCheck check = check_template(read_template(output));

@@ -20,16 +20,12 @@ int main(int argc, char** argv)
                false);
     tool.output("output", output, "skins file to write");
     tool.parameter("count", count, "number of bodies", 1, 100000);
-    tool.parameter("min-bmi", options.min_bmi, "smallest body mass index, kg/m^2", 14.0, 49.0);
-    tool.parameter("max-bmi", options.max_bmi, "largest body mass index (the procedural body ends at 35)", 15.0, 50.0);
-    tool.parameter("muscle-spread", options.muscle_spread, "standard deviation of MakeHuman's muscle slider", 0.0, 0.5);
-    tool.parameter("proportion-spread", options.proportion_spread, "of its proportions slider", 0.0, 0.5);
-    tool.parameter("detail-spread", options.detail_spread, "of its sliders for girths and segments", 0.0, 0.5);
+    tool.options(options);
     return tool.run(argc, argv, [&] {
         const Template body_template = read_template(template_path);
         const SkinSet skins = sample_skins(body_template, makehuman, count, tool.seed(), options);
-        write_skins(output, skins,
-                    tool.provenance(body_template.source_name == "anatomy" ? makehuman_licence : procedural_licence));
+        const bool anatomy = find_name<SourceKind>(body_template.source_name) == SourceKind::anatomy;
+        write_skins(output, skins, tool.provenance(anatomy ? makehuman_licence : procedural_licence));
         const Eigen::RowVectorXd low = skins.parameters.colwise().minCoeff();
         const Eigen::RowVectorXd high = skins.parameters.colwise().maxCoeff();
         fmt::print("skins: {} bodies, stature {:.2f} to {:.2f} m, mass {:.0f} to {:.0f} kg, BMI {:.1f} to {:.1f}\n",

@@ -5,7 +5,6 @@
 #include "ndg/dataset/check_dataset.h"
 #include "ndg/dataset/shards.h"
 #include "ndg/simulation/replay.h"
-#include "ndg/simulation/simulation_parameters.h"
 
 int main(int argc, char** argv)
 {
@@ -26,7 +25,7 @@ int main(int argc, char** argv)
     tool.parameter("shard", shard_text, "i/n: only every n-th pair from i on; collect-samples joins the shards");
     tool.parameter("replay", replay_idx, "simulate this sample alone, tell every iteration and keep nothing; -1: none",
                    -1, 1 << 30);
-    add_simulation_parameters(tool, options);
+    tool.options(options);
     tool.parameter("min-converged", min_converged, "smallest share of converged samples for exit code 0", 0, 1);
     return tool.run(argc, argv, [&] {
         catch_interrupts();

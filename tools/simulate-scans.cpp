@@ -18,7 +18,9 @@ int main(int argc, char** argv)
               "Scans skins as a body scanner would: other triangulation, noise, holes, another pose and place; keeps "
               "the truth.",
               "simulate-scans --template template.h5 --skins skins.h5 --scans scans --output truth.h5");
-    std::string template_path, skins_path, folder, output, people, unit = "m", up = "y";
+    std::string template_path, skins_path, folder, output, people;
+    LengthUnit unit = LengthUnit::metre;
+    Axis up = Axis::y;
     ScanSimulationOptions options;
     int first = 0, count = 0;
     tool.input("template", template_path, "template file");
@@ -26,16 +28,9 @@ int main(int argc, char** argv)
     tool.parameter("scans", folder, "folder for the scans, NAME.ply each; made if need be");
     tool.output("output", output, "file for the true posed skins and joints");
     tool.output("people", people, "JSON file for sex and age of the bodies, as fit-body reads it", false);
-    tool.parameter("points", options.points, "points of a scan, about", 2000, 5000000);
-    tool.parameter("noise", options.noise, "standard deviation of the noise along the normal, m", 0.0, 0.02);
-    tool.parameter("pose-angle", options.pose_angle, "shoulders, elbows, hips and knees turn by up to this, degrees", 0,
-                   30);
-    tool.parameter("hole-radius", options.hole_radius, "of the holes at armpits and crotch, m; 0: no holes at all", 0.0,
-                   0.2);
-    tool.parameter("cloud", options.cloud, "points without triangles");
-    tool.parameter("place", options.place, "random heading and position");
-    tool.parameter("unit", unit, "unit of the scan files", scan_units());
-    tool.parameter("up", up, "axis of the scan files that points up", {"x", "y", "z", "-x", "-y", "-z"});
+    tool.options(options);
+    tool.parameter("unit", unit, "unit of the scan files");
+    tool.parameter("up", up, "axis of the scan files that points up");
     tool.parameter("first", first, "first body to scan", 0, 1000000);
     tool.parameter("count", count, "number of bodies to scan; 0: all from the first on", 0, 1000000);
     return tool.run(argc, argv, [&] {

@@ -19,10 +19,11 @@ using namespace ndg;
 int main(int argc, char** argv)
 {
     SampleInputs inputs;
-    std::string shape_path, output_path, device_name = "cpu";
+    std::string shape_path, output_path;
     std::vector<std::string> samples_paths;
     NetworkOptions network;
     TrainingOptions training;
+    Device device = Device::cpu;
     double cache_gigabytes = 8.0;
 
     Tool tool("train-ndg", "Trains the network that predicts deformation gradients from pose and body shape.",
@@ -33,33 +34,18 @@ int main(int argc, char** argv)
     tool.input("samples", samples_paths, "simulated samples, one file or several shards");
     // The checkpoint beside the output is what is resumed; a finished model is never overwritten without --force.
     tool.output("output", output_path, "model to write");
-    tool.parameter("widths", network.widths, "hidden layers");
-    tool.parameter("parametrisation", network.parametrisation, "from nine numbers to a residual gradient",
-                   parametrisation_names);
-    tool.parameter("rotation", network.rotation, "predict the residual R^T F; without (ablation): F itself");
-    tool.parameter("shape", network.shape, "let the network see the body's shape; without: ablation");
-    tool.parameter("output-basis", network.output_basis,
-                   "0: trained last layer; k: fixed basis of k principal components of the training residuals", 0,
-                   65536);
-    tool.parameter("epochs", training.epochs, "passes over the training samples", 1, 1000000);
-    tool.parameter("batch-size", training.batch_size, "samples a step", 1, 1000000);
-    tool.parameter("learning-rate", training.learning_rate, "of AdamW", 1e-12, 10.0);
-    tool.parameter("weight-decay", training.weight_decay, "of AdamW, on matrices", 0.0, 1000.0);
-    tool.parameter("schedule", training.schedule, "of the learning rate", schedule_names);
-    tool.parameter("dropout", training.dropout, "probability, after each hidden layer", 0.0, 0.95);
-    tool.parameter("input-noise", training.input_noise, "in standard deviations of each input", 0.0, 10.0);
-    tool.parameter("patience", training.patience, "epochs without improvement before stopping, 0: never", 0, 1000000);
-    tool.parameter("checkpoint-seconds", training.checkpoint_seconds, "between checkpoints, 0: every epoch", 0.0, 1e9);
+    tool.options(network);
+    tool.options(training);
     tool.parameter("cache-gigabytes", cache_gigabytes, "targets are kept in memory up to this size", 0.0, 1e6);
-    tool.parameter("device", device_name, "where the network is trained", {"cpu", "cuda"});
+    tool.parameter("device", device, "where the network is trained");
 
     return tool.run(argc, argv, [&] {
         catch_interrupts();
         training.seed = tool.seed();
         training.checkpoint_path = checkpoint_path_for(output_path);
         network.check();
-        training.check();
-        const Device device = parse_device(device_name);
+        check_options(training);
+        require_available(device);
         if (tool.force()) remove_checkpoint(training.checkpoint_path);
 
         inputs.read();

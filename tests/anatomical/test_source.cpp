@@ -35,7 +35,7 @@ Eigen::RowVector3d middle(const AnatomyMesh& mesh)
 
 void check_parts(const std::vector<AnatomyMesh>& parts)
 {
-    std::map<std::string, int> counts, vertices;
+    std::map<AnatomyLayer, int> counts, vertices;
     for (const AnatomyMesh& mesh : parts) {
         ++counts[mesh.layer];
         vertices[mesh.layer] += int(mesh.vertices.rows());
@@ -44,15 +44,15 @@ void check_parts(const std::vector<AnatomyMesh>& parts)
         CHECK(mesh.fma_id > 0);
         CHECK(enclosed_volume(mesh.vertices, mesh.triangles) > 0.0);
     }
-    CHECK(counts["bone"] == 239);
-    CHECK(counts["muscle"] == 276);
+    CHECK(counts[AnatomyLayer::bone] == 239);
+    CHECK(counts[AnatomyLayer::muscle] == 276);
     // Small parts that collapse no further keep a few more.
-    CHECK(vertices["bone"] == Approx(12000).epsilon(0.03));
-    CHECK(vertices["muscle"] == Approx(24000).epsilon(0.12));
+    CHECK(vertices[AnatomyLayer::bone] == Approx(12000).epsilon(0.03));
+    CHECK(vertices[AnatomyLayer::muscle] == Approx(24000).epsilon(0.12));
     // Volumes of a man's bones (cm^3) within what is known of adults: nothing was lost in repair.
     const AnatomyMesh& femur = part(parts, "Left femur");
     CHECK(femur.fma_id == 24475);
-    CHECK(femur.side == "left");
+    CHECK(femur.side == BodySide::left);
     CHECK(enclosed_volume(femur.vertices, femur.triangles) == Approx(480e-6).epsilon(0.1));
     CHECK(middle(femur)[0] > 0.0);
     for (const std::string muscle : {"external oblique", "soleus", "gluteus maximus"}) {
@@ -112,7 +112,7 @@ void check_registered(std::vector<AnatomyMesh> parts, const MakeHuman& body, dou
     for (const AnatomyMesh& mesh : parts) {
         INFO(mesh.name);
         CHECK(mesh.vertices.allFinite());
-        CHECK((mesh.layer != "bone" || !mesh.joint.empty()));
+        CHECK((mesh.layer != AnatomyLayer::bone || !mesh.joint.empty()));
     }
 }
 
@@ -138,8 +138,6 @@ TEST_CASE("Anatomy that is missing is named")
     CHECK_THROWS_WITH(read_bodyparts3d(folder.path(), {}), Catch::Matchers::Contains("no folder 'bones'"));
     AnatomyMesh stone;
     stone.name = "Philosopher's stone";
-    stone.layer = "bone";
-    stone.side = "middle";
     CHECK_THROWS_WITH(bone_group(stone), Catch::Matchers::Contains("Philosopher's stone"));
     CHECK_THROWS_WITH(bone_points({stone}), Catch::Matchers::Contains("intervertebral disk"));
 }

@@ -90,7 +90,7 @@ TEST_CASE("Templates come back from their file exactly", "[files]")
     tube.skin_regions.assign(static_cast<std::size_t>(tube.skin_triangles.rows()), 1);
     tube.landmarks = {{"top", 3, {0.2, 0.3, 0.5}}};
     tube.anatomy_parts[1].fma_id = 22431;
-    tube.anatomy_parts[1].side = "left";
+    tube.anatomy_parts[1].side = BodySide::left;
     tube.embedding.elements[5] = -1;
     tube.embedding.weights.row(5).setZero();
     tube.embedding.vertices.row(5).setZero();

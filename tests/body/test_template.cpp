@@ -115,7 +115,7 @@ TEST_CASE("The test tube is a valid layered body", "[template]")
         for (int i = part.vertex_begin; i < part.vertex_end; ++i) {
             CHECK(tube.embedding.distances[static_cast<std::size_t>(i)] == 0.0);
             const int element = tube.embedding.elements[static_cast<std::size_t>(i)];
-            CHECK((part.layer == "bone" ? element >= tube.num_prisms() : element < tube.fat_begin()));
+            CHECK((part.layer == AnatomyLayer::bone ? element >= tube.num_prisms() : element < tube.fat_begin()));
         }
     }
 }

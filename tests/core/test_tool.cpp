@@ -75,7 +75,7 @@ void check_config_refused(const std::string& content, const std::string& message
 TEST_CASE("command line beats config file, config file beats default")
 {
     const TemporaryFolder folder;
-    write_file(folder.file("c.json"), R"({"description": "both", "seed": 7, "train-ndg": {"epochs": 3},
+    write_file(folder.file("c.json"), R"({"description": "both", "seed": 7, "train-ndg": {"epochs": 3}, "propose-joint-map": {},
         "make-template": {"target_edge_length": 0.02, "num_bodies": 9, "layer_widths": [1, 2, 3], "smooth": false}})");
     Example example;
     const ToolRun result = example.run({"--config", folder.file("c.json"), "--num-bodies", "11"});
@@ -184,7 +184,7 @@ TEST_CASE("wrong arguments give exit code 2 and one line")
     refused({"--layer-widths", "1,,2"}, "expected a list of integers, got '1,,2'");
     refused({"--seed", "-1"}, "--seed: expected an integer >= 0");
     refused({"--threads", "-1"}, "number of threads must be 0 (all cores) or more, got -1");
-    refused({"--log-level", "loud"}, "got 'loud'");
+    refused({"--log-level", "loud"}, "--log-level: \"loud\" is none of debug | info | warning | error | off");
     refused({"stray"}, "unexpected argument 'stray'");
     refused({"--config", "/nowhere/c.json"}, "/nowhere/c.json: does not exist");
     refused({"--body", "/nowhere/body.h5"}, "--body: /nowhere/body.h5 does not exist");

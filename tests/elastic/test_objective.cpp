@@ -36,7 +36,7 @@ double smallest_eigenvalue(const Eigen::MatrixXd& matrix)
 MaterialOptions material(const std::string& energy)
 {
     MaterialOptions options;
-    options.energy = energy;
+    options.energy = parse_name<FleshEnergy>(energy);
     return options;
 }
 

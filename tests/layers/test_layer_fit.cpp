@@ -7,6 +7,7 @@
 #include "ndg/layers/bone_carrying.h"
 #include "ndg/layers/layer_batch.h"
 #include "ndg/wraps/prism_barrier.h"
+#include "support/described.h"
 #include "support/support.h"
 
 #include <Eigen/Eigenvalues>
@@ -186,8 +187,14 @@ TEST_CASE("A skin that fails is set apart, and people must be known", "[layers]"
 
     skins.parameters(1, 1) = 3.0;
     CHECK_THROWS_WITH(people_of_skins(skins, "skins.h5", {}), Contains("second") && Contains("sex 3"));
-    PeopleOptions all_alike{false, {0.5, 12.0}};
+    CHECK(test::undescribed_bytes<LayerFitOptions>().empty());
+    LayerFitOptions other;
+    other.wrap_spring *= 1 + 1e-15;
+    CHECK(layers_key(other, "template") != layers_key({}, "template"));
+    CHECK(layers_key({}, "another") != layers_key({}, "template"));
+
+    PeopleOptions all_alike{SexSource::unknown, 12.0};
     CHECK_THROWS_WITH(people_of_skins(skins, "skins.h5", all_alike), Contains("12 years"));
-    all_alike.person.age_years = 44.0;
+    all_alike.age_years = 44.0;
     CHECK(people_of_skins(skins, "skins.h5", all_alike)[1].age_years == 44.0);
 }

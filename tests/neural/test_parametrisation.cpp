@@ -57,10 +57,10 @@ Eigen::Matrix3d expected_residual(const std::string& name, const Eigen::Matrix3d
 TEST_CASE("every parametrisation is what it says and gives the identity for zero")
 {
     const torch::Tensor q = some_numbers();
-    for (const std::string& name : parametrisation_names) {
+    for (const std::string& name : names<ParametrisationKind>()) {
         CAPTURE(name);
-        const Parametrisation& parametrisation = find_parametrisation(name);
-        CHECK(parametrisation.name == name);
+        const Parametrisation& parametrisation = find_parametrisation(parse_name<ParametrisationKind>(name));
+        CHECK(to_name(parametrisation.kind) == name);
         const torch::Tensor residuals = parametrisation.residuals(q);
         REQUIRE(residuals.sizes() == q.sizes());
         for (int i = 0; i < 14; ++i)
@@ -68,17 +68,16 @@ TEST_CASE("every parametrisation is what it says and gives the identity for zero
         const torch::Tensor neutral = parametrisation.residuals(torch::zeros_like(q));
         for (int i = 0; i < 14; ++i) CHECK(matrix_at(neutral, i) == Eigen::Matrix3d::Identity());
     }
-    CHECK_THROWS_WITH(find_parametrisation("cholesky"), Catch::Contains("cholesky"));
 }
 
 TEST_CASE("derivatives of every parametrisation agree with finite differences")
 {
     const torch::Tensor q = some_numbers();
     const torch::Tensor weights = some_numbers().flip({1});
-    for (const std::string& name : parametrisation_names) {
+    for (const std::string& name : names<ParametrisationKind>()) {
         CAPTURE(name);
         const auto weighted_sum = [&](const torch::Tensor& numbers) {
-            return (find_parametrisation(name).residuals(numbers) * weights).to(torch::kFloat64).sum();
+            return (find_parametrisation(parse_name<ParametrisationKind>(name)).residuals(numbers) * weights).to(torch::kFloat64).sum();
         };
         torch::Tensor traced = q.clone().requires_grad_();
         weighted_sum(traced).backward();
@@ -103,9 +102,9 @@ TEST_CASE("inverses are exact for rotations and for stretches, and finite for in
     stretch << 1.3F, 0.1F, 0.2F, 0.1F, 0.8F, -0.1F, 0.2F, -0.1F, 1.1F;
     RowMatrix3f inverted = stretch;
     inverted.col(0) *= -1;
-    for (const std::string& name : parametrisation_names) {
+    for (const std::string& name : names<ParametrisationKind>()) {
         CAPTURE(name);
-        const Parametrisation& parametrisation = find_parametrisation(name);
+        const Parametrisation& parametrisation = find_parametrisation(parse_name<ParametrisationKind>(name));
         CHECK((parametrisation.approximate_inverse != nullptr) == (name == "exponential" || name == "direct"));
         if (!parametrisation.approximate_inverse) continue;
         RowMatrix3f q;

@@ -115,10 +115,10 @@ TEST_CASE("a rigid motion with the root has the identity as residual")
 TEST_CASE("an untrained model is gradient skinning, exactly")
 {
     const Synthetic s = make_synthetic(8, 2);
-    for (const std::string& parametrisation : parametrisation_names) {
+    for (const std::string& parametrisation : names<ParametrisationKind>()) {
         CAPTURE(parametrisation);
         NetworkOptions options = small_network();
-        options.parametrisation = parametrisation;
+        options.parametrisation = parse_name<ParametrisationKind>(parametrisation);
         const NeuralModel model = s.model(options);
         const std::vector<float> neutral = neutral_prediction(model.output_space());
         const std::vector<PoseInput> inputs = {s.input(model, 1, 1), s.input(model, 6, 6), s.input(model, 7, 7)};
@@ -165,7 +165,7 @@ TEST_CASE("predicted determinants are positive whatever the weights")
     for (const char* parametrisation : {"exponential", "lu", "qr"}) {
         CAPTURE(parametrisation);
         NetworkOptions options = small_network();
-        options.parametrisation = parametrisation;
+        options.parametrisation = parse_name<ParametrisationKind>(parametrisation);
         const NeuralModel model = moved_model(s, options);
         std::vector<PoseInput> inputs;
         for (int i = 0; i < 20; ++i)  // far outside of the training poses and bodies

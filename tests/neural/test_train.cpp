@@ -21,7 +21,7 @@ TrainingOptions quick_training(int epochs)
     TrainingOptions options;
     options.epochs = epochs;
     options.learning_rate = 5e-3;
-    options.schedule = "cosine";
+    options.schedule = Schedule::cosine;
     options.seed = 11;
     return options;
 }
@@ -124,11 +124,11 @@ TEST_CASE("the curve's loss is that of the predictions")
 TEST_CASE("every variant trains")
 {
     const Synthetic s = make_synthetic(48, 8);
-    for (const std::string& parametrisation : parametrisation_names)
+    for (const std::string& parametrisation : names<ParametrisationKind>())
         for (const bool rotation : {true, false}) {
             CAPTURE(parametrisation, rotation);
             NetworkOptions network = small_network();
-            network.parametrisation = parametrisation;
+            network.parametrisation = parse_name<ParametrisationKind>(parametrisation);
             network.rotation = rotation;
             network.shape = rotation;
             const TrainingCurve curve = trained(s, network, quick_training(25)).curve();
@@ -157,12 +157,12 @@ TEST_CASE("a stopped run resumes where it was and ends with the same weights, bi
 {
     const TemporaryFolder folder;
     const Synthetic s = make_synthetic(40, 8);  // two batches an epoch: step 7 is in the middle of the fourth
-    for (const std::string& schedule : schedule_names) {
+    for (const std::string& schedule : names<Schedule>()) {
         CAPTURE(schedule);
         NetworkOptions network = small_network();
         network.output_basis = schedule == "plateau" ? 6 : 0;
         TrainingOptions options = quick_training(6);
-        options.schedule = schedule;
+        options.schedule = parse_name<Schedule>(schedule);
         options.dropout = 0.1;
         options.input_noise = 0.05;
         const NeuralModel whole = trained(s, network, options);
@@ -210,7 +210,7 @@ TEST_CASE("patience stops a run that no longer improves")
 {
     const Synthetic s = make_synthetic(16, 4);
     TrainingOptions options = quick_training(2000);
-    options.schedule = "constant";
+    options.schedule = Schedule::constant;
     options.patience = 4;
     TrainingResult result;
     const NeuralModel model = trained(s, small_network(), options, {}, &result);
@@ -223,7 +223,7 @@ TEST_CASE("a diverging run says so")
 {
     const Synthetic s = make_synthetic(16, 4);
     TrainingOptions options = quick_training(200);
-    options.schedule = "constant";
+    options.schedule = Schedule::constant;
     options.learning_rate = 10;
     NetworkOptions network = small_network();
     network.widths = {};

@@ -107,7 +107,7 @@ TEST_CASE("the output basis spans the outputs that the training samples ask for"
 {
     const Synthetic s = make_synthetic(12, 2);
     NetworkOptions options = small_network();
-    options.parametrisation = "direct";
+    options.parametrisation = ParametrisationKind::direct;
     const NeuralModel model = s.model(options);
     const TrainingSet set = s.set("train", model);
     const RowMatrixF basis = fit_output_basis(set, model.output_space(), 100, 1);

@@ -49,7 +49,7 @@ TEST_CASE("Adults follow the published means and shares, and depend on seed and 
     CHECK_THROWS_WITH(sample_adult(1, 0, 30.0, 30.5), Contains("30.5"));
     BodySamplingOptions options;
     options.detail_spread = 2.0;
-    CHECK_THROWS_WITH(options.check(), Contains("detail_spread is 2"));
+    CHECK_THROWS_WITH(options.check(), Contains("detail-spread: expected a number in [0, 0.5], got 2"));
 }
 
 TEST_CASE("MakeHuman's body takes the stature and the body mass index asked for", "[makehuman]")

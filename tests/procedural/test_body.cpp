@@ -242,7 +242,7 @@ TEST_CASE("the procedural anatomy lies inside the skin", "[procedural]")
 {
     const ProceduralBody& body = shared_body();
     const TemplateSource source = body.source({});
-    CHECK(source.name == "procedural");
+    CHECK(source.kind == SourceKind::procedural);
     CHECK(source.weights.rows() == source.surface.vertices.rows());
     CHECK(source.joint_positions == source.surface.joint_positions);
     const TriangleTree skin(source.surface.vertices, source.surface.triangles);
@@ -253,9 +253,8 @@ TEST_CASE("the procedural anatomy lies inside the skin", "[procedural]")
         INFO(part.name);
         CHECK(names.insert(part.name).second);
         CHECK(closed_surface_defect(part.vertices, part.triangles).empty());
-        const bool bone = part.layer == "bone";
+        const bool bone = part.layer == AnatomyLayer::bone;
         (bone ? bones : muscles) += 1;
-        CHECK((bone || part.layer == "muscle"));
         if (bone) CHECK_NOTHROW(standard_skeleton().joint(part.joint));
         vertices += part.vertices.rows();
         const bool digit =
@@ -266,8 +265,8 @@ TEST_CASE("the procedural anatomy lies inside the skin", "[procedural]")
             least = std::min(least, -skin.signed_distance(part.vertices.row(v).transpose()));
         CHECK(least > cover - 1e-4);
         const double middle = part.vertices.col(0).mean();
-        CHECK(((part.side == "left" && middle > 0.0) || (part.side == "right" && middle < 0.0) ||
-               (part.side == "middle" && std::abs(middle) < 0.004)));
+        CHECK(((part.side == BodySide::left && middle > 0.0) || (part.side == BodySide::right && middle < 0.0) ||
+               (part.side == BodySide::middle && std::abs(middle) < 0.004)));
     }
     CHECK(bones > 150);
     CHECK(muscles > 60);

@@ -6,6 +6,7 @@
 #include "ndg/registration/fit_part.h"
 #include "ndg/scan/scan_simulation.h"
 #include "registration/person.h"
+#include "support/described.h"
 #include "support/support.h"
 
 #include <catch2/catch.hpp>
@@ -13,6 +14,16 @@
 #include <fstream>
 
 using namespace ndg;
+
+TEST_CASE("a batch's key knows all options and the examples")
+{
+    CHECK(test::undescribed_bytes<FitOptions>().empty());
+    const std::string key = fit_key({}, {"template"});
+    FitOptions other;
+    other.nonrigid.tangential *= 1 + 1e-15;
+    CHECK(fit_key(other, {"template"}) != key);
+    CHECK(fit_key({}, {"template", "examples"}) != key);
+}
 
 TEST_CASE("a batch reports bad scans, goes on, and starts again where it was stopped")
 {
@@ -58,7 +69,7 @@ TEST_CASE("a batch reports bad scans, goes on, and starts again where it was sto
     const ReportedFit reported = read_reported_fit(folder.file("report.json"), "");
     CHECK(reported.name == "a");
     CHECK(reported.file == folder.file("a.ply"));
-    CHECK(reported.unit == "m");
+    CHECK(reported.unit == LengthUnit::metre);
     CHECK_THROWS_AS(read_reported_fit(folder.file("report.json"), "b"), InputError);
 
     // A fit that misses the gate is worse than a good one, and is no body of the set.

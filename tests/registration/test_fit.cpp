@@ -62,13 +62,13 @@ TEST_CASE("a scan is placed, whatever its heading, up axis and unit")
 {
     const SkinnedSurface& skin = test::template_skin();
     const SimulatedScan simulated = small_scan(skin, 4);
-    const Points file = 1000.0 * simulated.scan.vertices * rotation_to_y_up("z");  // millimetres, z up
+    const Points file = 1000.0 * simulated.scan.vertices * rotation_to_y_up(Axis::z);  // millimetres, z up
     const ScanPoints scan = prepare_scan("scan", file, simulated.scan.triangles, {});
-    CHECK(scan.unit == "mm");
+    CHECK(scan.unit == LengthUnit::millimetre);
     const auto candidates = align_initially(scan, skin, 2);
     REQUIRE(!candidates.empty());
-    CHECK(candidates[0].up == "z");
-    const Eigen::Matrix3d turn = candidates[0].template_from_file.linear() * rotation_to_y_up("z").transpose() *
+    CHECK(candidates[0].up == Axis::z);
+    const Eigen::Matrix3d turn = candidates[0].template_from_file.linear() * rotation_to_y_up(Axis::z).transpose() *
                                  simulated.pose.parent_from_joint[0];
     CHECK(Eigen::AngleAxisd(turn).angle() < 0.2);
 }
@@ -107,7 +107,7 @@ TEST_CASE("a cloud in millimetres with z up is registered like a mesh in metres"
     const SkinnedSurface& person = test::template_skin();
     const SimulatedScan simulated = simulate_scan(person, simulation, 1, 6);
     const BodyFitter fitter(test::skin_template(), quick_options());
-    const Points file = 1000.0 * simulated.scan.vertices * rotation_to_y_up("z");
+    const Points file = 1000.0 * simulated.scan.vertices * rotation_to_y_up(Axis::z);
     const FittedBody fitted = fitter.fit("cloud", prepare_scan("cloud", file, Triangles(0, 3), {}));
     CHECK(fitted.report.defects.empty());
     CHECK(fitted.report.unit == "mm");
@@ -148,7 +148,7 @@ TEST_CASE("what is not one whole person does not pass the gate")
     const SkinnedSurface& skin = test::template_skin();
     const BodyFitter fitter(test::skin_template(), quick_options());
     ScanOptions metres;
-    metres.unit = "m";
+    metres.unit = LengthUnit::metre;
     SECTION("a dog")
     {
         Points vertices(0, 3);

@@ -250,12 +250,12 @@ TEST_CASE("decimation, glitches, skipped frames and the joint limit")
     const PoseSet all = retarget_clip(clip, map, rest, options, report);
     CHECK(all.size() == 9);
     // The arm must be 45 degrees from rest already in the T pose.
-    options.max_joint_angle = 50 * degree;
+    options.max_joint_angle = 50;
     const PoseSet limited = retarget_clip(clip, map, rest, options, report);
     CHECK(limited.size() == 8);
     CHECK(report.num_dropped_angles == 1);
 
-    options.max_joint_angle = M_PI;
+    options.max_joint_angle = 180;
     for (JointMapEntry& entry : map.entries) {
         if (entry.joint == "left_upper_arm") entry.limit = 50 * degree;
     }

@@ -47,10 +47,10 @@ TEST_CASE("normals of a point cloud point outwards")
 TEST_CASE("unit and possible up axes are guessed from the extents")
 {
     const Points person = ellipsoid(3000, {0.3, 0.85, 0.2});
-    for (const std::string& unit : scan_units()) {
+    for (const auto& [unit, unused] : enum_table<LengthUnit>) {
         const ScanPoints scan = prepare_scan("scan", person / metres_of_unit(unit), Triangles(0, 3), {});
         CHECK(scan.unit == unit);
-        CHECK(scan.up_axes == std::vector<std::string>{"y", "-y"});
+        CHECK(scan.up_axes == std::vector<Axis>{Axis::y, Axis::minus_y});
         CHECK(scan.points.col(1).maxCoeff() == Approx(0.85).margin(0.02));
     }
     ScanOptions few;
@@ -59,7 +59,7 @@ TEST_CASE("unit and possible up axes are guessed from the extents")
     CHECK(thinned.points.rows() > 1200);
     CHECK(thinned.points.rows() <= 2400);
     for (const std::string up : {"x", "y", "z", "-x", "-y", "-z"}) {
-        const Eigen::Matrix3d rotation = rotation_to_y_up(up);
+        const Eigen::Matrix3d rotation = rotation_to_y_up(parse_name<Axis>(up));
         Eigen::Vector3d axis = Eigen::Vector3d::Zero();
         axis[up.back() - 'x'] = up[0] == '-' ? -1.0 : 1.0;
         CHECK((rotation * axis - Eigen::Vector3d::UnitY()).norm() < 1e-12);
@@ -78,7 +78,7 @@ TEST_CASE("what is no scan of a person is refused")
     broken(7, 1) = std::nan("");
     CHECK_THROWS_AS(prepare_scan("scan", broken, none, {}), InputError);
     ScanOptions millimetres;
-    millimetres.unit = "mm";
+    millimetres.unit = LengthUnit::millimetre;
     CHECK_THROWS_AS(prepare_scan("scan", person, none, millimetres), InputError);
     CHECK_THROWS_AS(prepare_scan("scan", Points::Zero(3000, 3), none, {}), InputError);
 }

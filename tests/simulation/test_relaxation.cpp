@@ -71,7 +71,7 @@ TEST_CASE("Flesh with guarded volumes does not invert where the paper's does")
     int inverted[2] = {0, 0};
     for (const bool guarded : {false, true}) {
         MaterialOptions material;
-        material.energy = guarded ? "inversion-free" : "paper";
+        material.energy = guarded ? FleshEnergy::inversion_free : FleshEnergy::paper;
         const ElasticBody elastic = layered_body(tube, material);
         const Objective objective(elastic);
         Points positions = start;

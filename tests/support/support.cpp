@@ -168,8 +168,9 @@ void add_anatomy(Template& tube)
     tube.anatomy_vertices = append_rows(shaft, blob);
     tube.anatomy_triangles.resize(2 * num_triangles, 3);
     tube.anatomy_triangles << triangles, triangles.array() + num_vertices;
-    tube.anatomy_parts = {{"shaft", "bone", 0, num_vertices, 0, num_triangles},
-                          {"muscle", "muscle", num_vertices, 2 * num_vertices, num_triangles, 2 * num_triangles}};
+    tube.anatomy_parts = {
+        {"shaft", AnatomyLayer::bone, 0, num_vertices, 0, num_triangles},
+        {"muscle", AnatomyLayer::muscle, num_vertices, 2 * num_vertices, num_triangles, 2 * num_triangles}};
     tube.embedding = embed_points(tube.anatomy_vertices, tube.rest.volume_vertices, tube.prisms,
                                   tube.rest.interior_vertices, tube.tetrahedra, tube.num_wrap_vertices());
     tube.anatomy_weights =

@@ -67,8 +67,7 @@ AnatomyMesh capsule(const char* name, const char* layer, const Eigen::Vector3d& 
     constexpr int rings = 14, sectors = 16;
     AnatomyMesh mesh;
     mesh.name = name;
-    mesh.layer = layer;
-    mesh.side = "middle";
+    mesh.layer = parse_name<AnatomyLayer>(layer);
     const Eigen::Vector3d axis = (to - from).normalized(), u = axis.unitOrthogonal(), w = axis.cross(u);
     mesh.vertices.resize((rings + 1) * sectors, 3);
     mesh.triangles.resize(2 * rings * sectors, 3);

@@ -33,7 +33,7 @@ constexpr int min_vertices = 40;
 struct PartFile {
     std::string path;
     BodyPartName name;
-    std::string layer;
+    AnatomyLayer layer = AnatomyLayer::bone;
 };
 
 bool is_bone_name(const std::string& name)
@@ -50,13 +50,15 @@ std::vector<PartFile> list_files(const std::string& folder)
         require_input(fs::is_directory(path), "{}: has no folder '{}'", folder, group);
         for (const auto& entry : fs::directory_iterator(path)) {
             if (entry.path().extension() != ".glb") continue;
-            PartFile file{entry.path().string(), {}, ""};
+            PartFile file;
+            file.path = entry.path().string();
             try {
                 file.name = parse_body_part_name(entry.path().filename().string());
             } catch (const InputError& error) {
                 throw InputError(fmt::format("{}: {}", path.string(), error.what()));
             }
-            file.layer = std::string(group) == "bones" || is_bone_name(file.name.name) ? "bone" : "muscle";
+            file.layer = std::string(group) == "bones" || is_bone_name(file.name.name) ? AnatomyLayer::bone
+                                                                                       : AnatomyLayer::muscle;
             files.push_back(std::move(file));
         }
     }
@@ -103,8 +105,7 @@ void for_each_part(std::size_t count, const Work& work)
 }
 
 /// Target vertices of each part of one layer, so that they add up to `total`.
-void share_vertices(const std::vector<AnatomyMesh>& parts, const std::string& layer, int total,
-                    std::vector<int>& targets)
+void share_vertices(const std::vector<AnatomyMesh>& parts, AnatomyLayer layer, int total, std::vector<int>& targets)
 {
     std::vector<double> wishes(parts.size(), 0.0);
     for (std::size_t i = 0; i < parts.size(); ++i)
@@ -129,17 +130,18 @@ void share_vertices(const std::vector<AnatomyMesh>& parts, const std::string& la
 /// Moves all parts sideways so that paired bones mirror each other in x = 0.
 void centre_sideways(std::vector<AnatomyMesh>& parts)
 {
-    std::map<std::string, std::map<std::string, double>> middles;
+    std::map<std::string, std::map<BodySide, double>> middles;
     for (const AnatomyMesh& part : parts) {
-        if (part.layer != "bone" || part.side == "middle") continue;
+        if (part.layer != AnatomyLayer::bone || part.side == BodySide::middle) continue;
         std::string key = part.name;
         for (char& c : key) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-        key.replace(key.find(part.side), part.side.size(), "*");
+        const std::string side = to_name(part.side);
+        key.replace(key.find(side), side.size(), "*");
         middles[key][part.side] = 0.5 * (part.vertices.col(0).minCoeff() + part.vertices.col(0).maxCoeff());
     }
     std::vector<double> offsets;
     for (const auto& [unused, sides] : middles)
-        if (sides.size() == 2) offsets.push_back(0.5 * (sides.at("left") + sides.at("right")));
+        if (sides.size() == 2) offsets.push_back(0.5 * (sides.at(BodySide::left) + sides.at(BodySide::right)));
     if (offsets.empty()) return;
     std::nth_element(offsets.begin(), offsets.begin() + std::ptrdiff_t(offsets.size() / 2), offsets.end());
     for (AnatomyMesh& part : parts) part.vertices.col(0).array() -= offsets[offsets.size() / 2];
@@ -157,14 +159,15 @@ BodyPartName parse_body_part_name(const std::string& file_name)
     result.fma_id = std::stoi(match[1].str());
     result.name = match[2].str();
     std::replace(result.name.begin(), result.name.end(), '_', ' ');
-    result.side = "middle";
     std::string word;
     for (const char c : result.name + " ") {
         if (c != ' ') {
             word += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
             continue;
         }
-        if (word == "left" || word == "right") result.side = word;
+        for (const BodySide side : {BodySide::left, BodySide::right}) {
+            if (word == to_name(side)) result.side = side;
+        }
         word.clear();
     }
     return result;
@@ -179,8 +182,8 @@ std::vector<AnatomyMesh> read_bodyparts3d(const std::string& folder, const BodyP
     std::vector<AnatomyMesh> parts(files.size());
     for_each_part(files.size(), [&](std::size_t i) { parts[i] = read_part(files[i]); });
     std::vector<int> targets(parts.size(), min_vertices);
-    share_vertices(parts, "bone", options.bone_vertices, targets);
-    share_vertices(parts, "muscle", options.muscle_vertices, targets);
+    share_vertices(parts, AnatomyLayer::bone, options.bone_vertices, targets);
+    share_vertices(parts, AnatomyLayer::muscle, options.muscle_vertices, targets);
     for_each_part(files.size(), [&](std::size_t i) {
         TriangleMesh mesh = simplify_closed({parts[i].vertices, parts[i].triangles}, targets[i]);
         parts[i].vertices = std::move(mesh.vertices);

@@ -16,7 +16,7 @@ extern const char* const bodyparts3d_licence;
 struct BodyPartName {
     std::string name;
     int fma_id = 0;
-    std::string side;  ///< "left" or "right" when the name holds that word, else "middle"
+    BodySide side = BodySide::middle;  ///< left or right when the name holds that word
 };
 /// Throws InputError when the name is not FJ<n>_BP<n>_FMA<id>_<words>.glb.
 BodyPartName parse_body_part_name(const std::string& file_name);

@@ -26,13 +26,14 @@ Eigen::Matrix3d rotation_part(const Eigen::Matrix3d& linear)
 class LimbFit {
 public:
     LimbFit(const std::vector<AnatomyMesh>& parts, const BonePoints& points, const TrunkMap& trunk,
-            const AnatomyTarget& target, const std::string& side)
+            const AnatomyTarget& target, BodySide side)
         : parts_(parts),
           points_(points),
           trunk_(trunk),
           target_(target),
-          side_(side),
-          lateral_(side == "left" ? 1.0 : -1.0)
+          body_side_(side),
+          side_(to_name(side)),
+          lateral_(side == BodySide::left ? 1.0 : -1.0)
     {
         const double source_height = points.at("head")[1] - points.at("left_heel")[1];
         stature_scale_ = trunk.head(points.at("head"))[1] / source_height;
@@ -75,7 +76,8 @@ private:
     const BonePoints& points_;
     const TrunkMap& trunk_;
     const AnatomyTarget& target_;
-    std::string side_;
+    BodySide body_side_;
+    std::string side_;  ///< its name
     double lateral_, stature_scale_ = 1.0;
     std::map<std::string, Eigen::Affine3d> transforms_;
 };
@@ -114,7 +116,7 @@ Eigen::Affine3d LimbFit::fit_foot() const
     const double source_top = source("foot")[1], target_top = joint("foot")[1];
     std::vector<Vector3d> bones, skin;
     for (const AnatomyMesh& part : parts_) {
-        if (part.layer != "bone" || part.side != side_) continue;
+        if (part.layer != AnatomyLayer::bone || part.side != body_side_) continue;
         for (Eigen::Index v = 0; v < part.vertices.rows(); ++v)
             if (part.vertices(v, 1) < source_top) bones.emplace_back(part.vertices.row(v).transpose());
     }
@@ -232,7 +234,8 @@ void LimbFit::fit_arm()
     const Vector3d off_ribs(0.0, 0.0, -0.006);
     Vector3d blade = Vector3d::Zero();
     for (const AnatomyMesh& part : parts_)
-        if (part.side == side_ && part.name.find("scapula") != std::string::npos && part.layer == "bone")
+        if (part.side == body_side_ && part.name.find("scapula") != std::string::npos &&
+            part.layer == AnatomyLayer::bone)
             blade = part.vertices.colwise().mean().transpose();
     const Eigen::Matrix3d on_ribs =
         minimal_rotation(blade - source("upper_arm"), trunk_.trunk(blade) + off_ribs - joint("upper_arm"));
@@ -326,8 +329,8 @@ void LimbFit::fit_finger(const std::string& finger, Eigen::Matrix3d rotation)
 std::map<std::string, Eigen::Affine3d> limb_transforms(const std::vector<AnatomyMesh>& parts, const BonePoints& points,
                                                        const TrunkMap& trunk, const AnatomyTarget& target)
 {
-    auto transforms = LimbFit(parts, points, trunk, target, "left").fit();
-    transforms.merge(LimbFit(parts, points, trunk, target, "right").fit());
+    auto transforms = LimbFit(parts, points, trunk, target, BodySide::left).fit();
+    transforms.merge(LimbFit(parts, points, trunk, target, BodySide::right).fit());
     return transforms;
 }
 

@@ -209,8 +209,8 @@ BoneGroup bone_group(const AnatomyMesh& bone)
     if (contains_any(name, {"manubrium", "sternum"})) return {"trunk", "spine_5"};
     if (name == "hyoid bone") return {"trunk", "neck_2"};
     if (name == "mandible") return {"head", "jaw"};
-    if (bone.side != "middle") {
-        const BoneGroup group = limb_group(name, bone.side);
+    if (bone.side != BodySide::middle) {
+        const BoneGroup group = limb_group(name, to_name(bone.side));
         if (!group.group.empty()) return group;
     }
     const bool skull = contains_any(name, {"ethmoid", "frontal", "nasal", "lacrimal", "maxilla", "occipital",
@@ -233,7 +233,7 @@ Points register_anatomy(std::vector<AnatomyMesh>& parts, const AnatomyTarget& ta
     std::map<std::string, std::vector<std::size_t>> members;
     std::vector<std::string> group_of(parts.size());
     for (std::size_t i = 0; i < parts.size(); ++i) {
-        if (parts[i].layer != "bone") continue;
+        if (parts[i].layer != AnatomyLayer::bone) continue;
         const BoneGroup group = bone_group(parts[i]);
         parts[i].joint = group.joint;
         group_of[i] = group.group;
@@ -244,7 +244,7 @@ Points register_anatomy(std::vector<AnatomyMesh>& parts, const AnatomyTarget& ta
 #pragma omp parallel for schedule(dynamic, 1)
     for (std::ptrdiff_t i = 0; i < std::ptrdiff_t(parts.size()); ++i) {
         AnatomyMesh& part = parts[std::size_t(i)];
-        if (part.layer == "bone") {
+        if (part.layer == AnatomyLayer::bone) {
             const Map& map = maps.at(group_of[std::size_t(i)]);
             for (Eigen::Index v = 0; v < part.vertices.rows(); ++v)
                 part.vertices.row(v) = map(part.vertices.row(v).transpose()).transpose();
@@ -261,7 +261,7 @@ Points register_anatomy(std::vector<AnatomyMesh>& parts, const AnatomyTarget& ta
         double hand_share = 0.0;
         for (std::size_t g = 0; g < groups.size(); ++g)
             if (groups[g].in_hand) hand_share += weights.col(Eigen::Index(g)).mean();
-        if (part.side != "middle" && hand_share > 0.98) part.joint = part.side + "_hand";
+        if (part.side != BodySide::middle && hand_share > 0.98) part.joint = to_name(part.side) + "_hand";
     }
 
     return bone_joints(points, maps, target);

@@ -71,7 +71,7 @@ Joined join(const std::vector<AnatomyMesh>& parts)
 {
     Joined joined{join_meshes(parts), {}, {}, {}};
     for (const AnatomyMesh& part : parts) {
-        const bool bone = part.layer == "bone", hollow = part.joint != "head" && part.joint != "jaw";
+        const bool bone = part.layer == AnatomyLayer::bone, hollow = part.joint != "head" && part.joint != "jaw";
         joined.is_bone.insert(joined.is_bone.end(), std::size_t(part.vertices.rows()), bone);
         joined.hollow.insert(joined.hollow.end(), std::size_t(part.vertices.rows()), hollow);
         joined.triangle_is_bone.insert(joined.triangle_is_bone.end(), std::size_t(part.triangles.rows()), bone);

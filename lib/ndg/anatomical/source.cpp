@@ -12,7 +12,7 @@ AnatomySource anatomy_source(const MakeHuman& body, const std::string& bodyparts
     person.check();
     AnatomySource result;
     TemplateSource& source = result.source;
-    source.name = "anatomy";
+    source.kind = SourceKind::anatomy;
     source.licence = std::string(makehuman_licence) + " " + bodyparts3d_licence;
     source.surface = body.evaluate(person);
     source.weights = body.weights();

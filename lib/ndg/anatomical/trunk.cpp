@@ -150,7 +150,7 @@ void TrunkMap::fit_head(const std::vector<AnatomyMesh>& parts, const BonePoints&
         }
     };
     for (const AnatomyMesh& part : parts)
-        if (part.layer == "bone") widen(part.vertices, source_eye + above_eyes, source_low, source_high);
+        if (part.layer == AnatomyLayer::bone) widen(part.vertices, source_eye + above_eyes, source_low, source_high);
     widen(target.vertices, target_eye + above_eyes, target_low, target_high);
     const double scalp = fat_depth(target.female).scalp;
     target_high.array() -= scalp;

@@ -80,8 +80,8 @@ void write_anatomy(H5Writer& writer, const Template& body_template)
         const auto row = static_cast<Eigen::Index>(names.size());
         ranges.row(row) << part.vertex_begin, part.vertex_end, part.triangle_begin, part.triangle_end;
         names.push_back(part.name);
-        layers.push_back(part.layer);
-        sides.push_back(part.side);
+        layers.push_back(to_name(part.layer));
+        sides.push_back(to_name(part.side));
         fma_ids.push_back(part.fma_id);
     }
     const Embedding& embedding = body_template.embedding;
@@ -116,11 +116,9 @@ void read_anatomy_parts(const H5Reader& reader, Template& result)
         reader.read_int_matrix("/anatomy/part_ranges", count, 4, 0, std::numeric_limits<int>::max());
     for (Eigen::Index i = 0; i < count; ++i) {
         const auto p = static_cast<std::size_t>(i);
-        require_input(layers[p] == "bone" || layers[p] == "muscle",
-                      "{}: /anatomy/part_layers[{}] is \"{}\", neither bone nor muscle", reader.path(), p, layers[p]);
-        require_input(sides[p] == "left" || sides[p] == "right" || sides[p] == "middle",
-                      "{}: /anatomy/part_sides[{}] is \"{}\", neither left nor right nor middle", reader.path(), p,
-                      sides[p]);
+        const auto item = [&](const char* dataset) { return fmt::format("{}: {}[{}]", reader.path(), dataset, i); };
+        const auto layer = parse_name<AnatomyLayer>(layers[p], item("/anatomy/part_layers"));
+        const auto side = parse_name<BodySide>(sides[p], item("/anatomy/part_sides"));
         require_input(ranges(i, 0) <= ranges(i, 1) && ranges(i, 1) <= result.anatomy_vertices.rows() &&
                           ranges(i, 2) <= ranges(i, 3) && ranges(i, 3) <= result.anatomy_triangles.rows(),
                       "{}: /anatomy/part_ranges[{}] is {}..{} and {}..{}, outside of {} vertices and {} triangles",
@@ -135,7 +133,7 @@ void read_anatomy_parts(const H5Reader& reader, Template& result)
             }
         }
         result.anatomy_parts.push_back(
-            {names[p], layers[p], ranges(i, 0), ranges(i, 1), ranges(i, 2), ranges(i, 3), fma_ids[p], sides[p]});
+            {names[p], layer, ranges(i, 0), ranges(i, 1), ranges(i, 2), ranges(i, 3), fma_ids[p], side});
     }
 }
 

@@ -2,6 +2,7 @@
 // The template: everything bodies share (tessellation, layers, skeleton, weights, anatomy and its embedding).
 #pragma once
 
+#include "ndg/body/anatomy_part.h"
 #include "ndg/body/embedding.h"
 #include "ndg/body/skeleton.h"
 #include "ndg/body/skinning.h"
@@ -25,15 +26,6 @@ struct Body : Skin {
     /// N_v x 3: bone wrap, muscle wrap and volumetric skin, N_w rows each (X-bar of the paper).
     Points volume_vertices;
     Points interior_vertices;  ///< N_i x 3, inside the bone wrap (TetGen's and the caps')
-};
-
-/// A named piece of anatomy: a range of anatomy vertices and triangles.
-struct AnatomyPart {
-    std::string name;
-    std::string layer;  ///< "bone" or "muscle"
-    int vertex_begin = 0, vertex_end = 0, triangle_begin = 0, triangle_end = 0;
-    int fma_id = 0;               ///< Foundational Model of Anatomy; 0 for none
-    std::string side = "middle";  ///< "left", "right" or "middle"
 };
 
 /// A named point of the skin.

@@ -51,16 +51,6 @@ bool log_enabled(LogLevel level)
     return level != LogLevel::off && logger().should_log(spdlog_level(level));
 }
 
-LogLevel parse_log_level(const std::string& name)
-{
-    if (name == "debug") return LogLevel::debug;
-    if (name == "info") return LogLevel::info;
-    if (name == "warning") return LogLevel::warning;
-    if (name == "error") return LogLevel::error;
-    if (name == "off") return LogLevel::off;
-    throw InputError(fmt::format("log level must be debug, info, warning, error or off, got '{}'", name));
-}
-
 void log_message(LogLevel level, const std::string& message)
 {
     if (level != LogLevel::off) logger().log(spdlog_level(level), message);

@@ -2,6 +2,8 @@
 // Logging to stderr. stdout is kept for results.
 #pragma once
 
+#include "ndg/core/enum_names.h"
+
 #include <fmt/format.h>
 
 #include <string>
@@ -10,13 +12,17 @@
 namespace ndg {
 
 enum class LogLevel { debug, info, warning, error, off };
+template <>
+inline constexpr EnumName<LogLevel> enum_table<LogLevel>[] = {{LogLevel::debug, "debug"},
+                                                              {LogLevel::info, "info"},
+                                                              {LogLevel::warning, "warning"},
+                                                              {LogLevel::error, "error"},
+                                                              {LogLevel::off, "off"}};
 
 /// Sets the level below which messages are dropped.
 void set_log_level(LogLevel level);
 /// Whether messages of this level are written.
 bool log_enabled(LogLevel level);
-/// "debug", "info", "warning", "error" or "off"; throws InputError for anything else.
-LogLevel parse_log_level(const std::string& name);
 /// Writes one line to stderr, with time and level.
 void log_message(LogLevel level, const std::string& message);
 

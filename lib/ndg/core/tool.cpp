@@ -4,10 +4,10 @@
 #include "ndg/core/error.h"
 #include "ndg/core/hash.h"
 #include "ndg/core/log.h"
+#include "ndg/core/option_json.h"
 #include "ndg/core/processor.h"
 #include "ndg/core/threads.h"
 #include "ndg/core/tool_config.h"
-#include "ndg/core/tool_parameter.h"
 
 #include <CLI/CLI.hpp>
 
@@ -15,7 +15,6 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <deque>
 #include <filesystem>
 #include <limits>
 #include <new>
@@ -101,7 +100,8 @@ void print_error(const std::string& tool, std::string message)
 
 struct Tool::State {
     std::string name, summary, example;
-    std::vector<ToolParameter> parameters;
+    OptionList options;
+    std::vector<std::vector<std::string>> given;  ///< for each option its words on the command line; empty: not there
     std::vector<ToolInput> inputs;
     std::vector<ToolOutput> outputs;
     std::vector<ToolListing> listings;
@@ -113,18 +113,10 @@ struct Tool::State {
     mutable std::vector<Provenance::Input> hashed_inputs;
     mutable bool hashed = false;
 
-    ToolParameter& add(const std::string& flag, const std::string& help_text)
-    {
-        ToolParameter parameter;
-        parameter.flag = flag;
-        parameter.help = help_text;
-        return parameters.emplace_back(std::move(parameter));
-    }
-
     std::string resolved_config(int indent) const
     {
         nlohmann::json section = nlohmann::json::object();
-        for (const ToolParameter& parameter : parameters) section[parameter.key()] = parameter.to_json();
+        for (const Option& option : options.options()) section[option.key()] = to_json(option);
         return nlohmann::json{{name, section}}.dump(indent);
     }
 
@@ -135,7 +127,7 @@ struct Tool::State {
 
 std::string Tool::State::help_text() const
 {
-    std::vector<std::pair<std::string, std::string>> files, options;
+    std::vector<std::pair<std::string, std::string>> files, choices;
     for (const ToolInput& input : inputs) {
         const bool many = std::holds_alternative<std::vector<std::string>*>(input.paths);
         const std::string shown = input.flag.empty() ? "FILE" : "--" + input.flag + (many ? " FILE..." : " FILE");
@@ -144,17 +136,17 @@ std::string Tool::State::help_text() const
     for (const ToolOutput& output : outputs) {
         files.emplace_back("--" + output.flag + " FILE", output.help + (output.required ? "" : " (optional)"));
     }
-    for (const ToolParameter& parameter : parameters) {
-        if (parameter.flag == "seed") continue;  // stands in the common line
-        const std::string range = parameter.range_text();
-        options.emplace_back((parameter.is_flag() ? "--[no-]" : "--") + parameter.flag + " " + parameter.value_name(),
-                             fmt::format("{}{} (default {})", parameter.help, range.empty() ? "" : ", " + range,
-                                         parameter.value_text().empty() ? "none" : parameter.value_text()));
+    for (const Option& option : options.options()) {
+        if (option.flag == "seed") continue;  // stands in the common line
+        const std::string range = option.range_text(), value = option.value_text();
+        choices.emplace_back((option.holds<bool*>() ? "--[no-]" : "--") + option.flag + " " + option.value_name(),
+                             fmt::format("{}{} (default {})", option.help, range.empty() ? "" : ", " + range,
+                                         value.empty() ? "none" : value));
     }
     for (const ToolListing& listing : listings) options.emplace_back("--" + listing.flag, listing.help);
     std::size_t width = 0;
     for (const auto& [left, right] : files) width = std::max(width, left.size());
-    for (const auto& [left, right] : options) width = std::max(width, left.size());
+    for (const auto& [left, right] : choices) width = std::max(width, left.size());
     const auto lines = [width](const auto& rows) {
         std::string text;
         for (const auto& [left, right] : rows) text += fmt::format("  {:<{}}  {}\n", left, width, right);
@@ -162,8 +154,8 @@ std::string Tool::State::help_text() const
     };
     std::string text = fmt::format("{}: {}\n\nExample: {}\n", name, summary, example);
     if (!files.empty()) text += "\nFiles:\n" + lines(files);
-    if (!options.empty()) {
-        text += fmt::format("\nParameters (in a config file: keys of \"{}\", in snake_case):\n", name) + lines(options);
+    if (!choices.empty()) {
+        text += fmt::format("\nParameters (in a config file: keys of \"{}\", in snake_case):\n", name) + lines(choices);
     }
     text += fmt::format(
         "\nCommon: --config FILE, --print-config, --seed INT (default {}), --threads INT (0: all cores), --force,\n"
@@ -174,6 +166,9 @@ std::string Tool::State::help_text() const
 
 void Tool::State::parse(int argc, char** argv)
 {
+    auto& list = options.options();
+    list.erase(std::remove_if(list.begin(), list.end(), [](const Option& option) { return !option.has_flag; }),
+               list.end());
     CLI::App app(summary, name);
     app.set_help_flag();
     app.allow_extras();
@@ -185,15 +180,17 @@ void Tool::State::parse(int argc, char** argv)
     app.add_option("--log-level", log_level);
     app.add_option("--threads", threads);
     std::vector<std::string> flags = {"help", "version", "print-config", "force", "config", "log-level", "threads"};
-    std::vector<CLI::Option*> options;
-    for (ToolParameter& parameter : parameters) {
-        flags.push_back(parameter.flag);
-        const std::string long_name = "--" + parameter.flag;
-        if (parameter.is_flag()) {
-            options.push_back(app.add_flag(long_name + ",!--no-" + parameter.flag, parameter.flag_value));
+    given.resize(list.size());
+    std::vector<CLI::Option*> registered;
+    for (std::size_t i = 0; i < given.size(); ++i) {
+        const Option& option = list[i];
+        flags.push_back(option.flag);
+        const std::string long_name = "--" + option.flag;
+        if (option.holds<bool*>()) {
+            registered.push_back(app.add_flag(long_name + ",!--no-" + option.flag));
         } else {
-            options.push_back(app.add_option(long_name, parameter.words));
-            if (!parameter.is_list()) options.back()->expected(1);
+            registered.push_back(app.add_option(long_name, given[i]));
+            if (!option.holds<std::vector<int>*>()) registered.back()->expected(1);
         }
     }
     for (ToolInput& input : inputs) {
@@ -210,7 +207,11 @@ void Tool::State::parse(int argc, char** argv)
         app.add_flag("--" + listing.flag, listing.wanted);
     }
     app.parse(argc, argv);
-    for (std::size_t i = 0; i < parameters.size(); ++i) parameters[i].given = options[i]->count() > 0;
+    for (std::size_t i = 0; i < given.size(); ++i) {
+        if (list[i].holds<bool*>() && registered[i]->count() > 0) {
+            given[i] = {registered[i]->as<bool>() ? "true" : "false"};
+        }
+    }
 
     const std::vector<std::string> extras = app.remaining();
     if (!extras.empty() && !help && !version) {
@@ -236,11 +237,11 @@ void Tool::State::resolve()
         fmt::print("{}\n", listing.text);
         throw EarlyExit{};
     }
-    if (!config_path.empty()) apply_config(config_path, name, parameters, "seed");
-    for (ToolParameter& parameter : parameters) {
-        if (parameter.given) parameter.take_words();
+    if (!config_path.empty()) apply_config(config_path, name, options.options(), "seed");
+    for (std::size_t i = 0; i < given.size(); ++i) {
+        if (!given[i].empty()) set_from_words(options.options()[i], given[i]);
     }
-    set_log_level(parse_log_level(log_level));
+    set_log_level(parse_name<LogLevel>(log_level, "--log-level"));
     if (print_config) {
         fmt::print("{}\n", resolved_config(2));
         throw EarlyExit{};
@@ -264,43 +265,14 @@ Tool::Tool(std::string name, std::string summary, std::string example) : state_(
     state_->name = std::move(name);
     state_->summary = std::move(summary);
     state_->example = std::move(example);
-    state_->add("seed", "seed of all random choices").value = &state_->seed;
+    state_->options.add("seed", state_->seed, "seed of all random choices");
 }
 
 Tool::~Tool() = default;
 
-void Tool::parameter(const std::string& flag, double& value, const std::string& help, double low, double high)
+OptionList& Tool::option_list()
 {
-    ToolParameter& added = state_->add(flag, help);
-    added.value = &value;
-    added.low = low;
-    added.high = high;
-}
-
-void Tool::parameter(const std::string& flag, int& value, const std::string& help, int low, int high)
-{
-    ToolParameter& added = state_->add(flag, help);
-    added.value = &value;
-    added.low = low;
-    added.high = high;
-}
-
-void Tool::parameter(const std::string& flag, bool& value, const std::string& help)
-{
-    state_->add(flag, help).value = &value;
-}
-
-void Tool::parameter(const std::string& flag, std::vector<int>& value, const std::string& help)
-{
-    state_->add(flag, help).value = &value;
-}
-
-void Tool::parameter(const std::string& flag, std::string& value, const std::string& help,
-                     const std::vector<std::string>& choices)
-{
-    ToolParameter& added = state_->add(flag, help);
-    added.value = &value;
-    added.choices = choices;
+    return state_->options;
 }
 
 void Tool::input(const std::string& flag, std::string& path, const std::string& help, bool required)
@@ -380,9 +352,10 @@ Provenance Tool::provenance(const std::string& licences) const
         for (const ToolInput& input : state_->inputs) {
             for (const std::string& path : input.list()) paths.push_back(path);
         }
-        if (!state_->config_path.empty()) paths.push_back(state_->config_path);
         std::vector<Provenance::Input> hashed;
-        for (const std::string& path : paths) hashed.push_back({path, sha256_path(path), ""});
+        for (const std::string& path : paths) hashed.push_back({path, sha256_path(path), "", false});
+        const std::string& config = state_->config_path;
+        if (!config.empty()) hashed.push_back({config, sha256_path(config), "", true});
         state_->hashed_inputs = std::move(hashed);
         state_->hashed = true;
     }

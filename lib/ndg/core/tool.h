@@ -2,6 +2,7 @@
 // The frame of every executable: command line, JSON config, provenance, and exceptions to exit codes.
 #pragma once
 
+#include "ndg/core/options.h"
 #include "ndg/core/provenance.h"
 
 #include <cstdint>
@@ -12,7 +13,7 @@
 
 namespace ndg {
 
-/// One executable. Parameters are registered once and are then a command-line flag (--target-edge-length), a key of
+/// One executable. Options are registered once and are then a command-line flag (--target-edge-length), a key of
 /// the tool's section in the JSON config ({"make-template": {"target_edge_length": 0.03}}), a line of --help and an
 /// entry of the stored config. The command line beats the file, the file beats the default. Unknown keys and sections
 /// are errors that name the nearest known one. Every tool has --config, --print-config, --seed (also a key of the
@@ -24,15 +25,23 @@ public:
     Tool(std::string name, std::string summary, std::string example);
     ~Tool();
 
-    /// Parameters: `flag` in kebab-case without dashes; the value at registration is the default.
-    /// Values outside [low, high] are input errors. The text may not be empty.
-    void parameter(const std::string& flag, double& value, const std::string& help, double low, double high);
-    void parameter(const std::string& flag, int& value, const std::string& help, int low, int high);
-    void parameter(const std::string& flag, bool& value, const std::string& help);
-    void parameter(const std::string& flag, std::vector<int>& value, const std::string& help);
-    /// `choices` empty: any text.
+    /// Everything that can be chosen in an options struct, as its describe() says (options.h).
+    template <typename Options>
+    void options(Options& options)
+    {
+        describe(option_list(), options);
+    }
+    /// A choice of the tool alone: flag, value, help and range or choices, as OptionList::add takes them.
+    template <typename Value, typename... Range>
+    void parameter(const std::string& flag, Value& value, const std::string& help, const Range&... range)
+    {
+        option_list().add(flag, value, help, range...);
+    }
     void parameter(const std::string& flag, std::string& value, const std::string& help,
-                   const std::vector<std::string>& choices = {});
+                   const std::vector<std::string>& choices = {})
+    {
+        option_list().add(flag, value, help, choices);
+    }
 
     /// Existing files or folders the tool reads; hashed into the provenance. Command line only.
     void input(const std::string& flag, std::string& path, const std::string& help, bool required = true);
@@ -55,6 +64,8 @@ public:
     Provenance provenance(const std::string& licences = "") const;
 
 private:
+    OptionList& option_list();
+
     struct State;
     std::unique_ptr<State> state_;
 };

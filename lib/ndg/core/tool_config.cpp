@@ -6,6 +6,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "ndg_tool_names.h"  // made by CMake from tools/CMakeLists.txt
+
 #include <algorithm>
 
 namespace ndg {
@@ -14,14 +16,11 @@ namespace {
 using nlohmann::json;
 
 /// One config file serves a whole pipeline: every tool knows the names of the others' sections.
-const std::vector<std::string> tool_names = {
-    "make-template", "sample-bodies", "fit-body",         "build-layers",    "fit-shape-space", "import-motion",
-    "sample-poses",  "make-splits",   "simulate-fem",     "collect-samples", "train-ndg",       "infer-ndg",
-    "reconstruct",   "animate",       "evaluate-metrics", "export-scene",    "ndg-info"};
+const std::vector<std::string> tool_names = {NDG_TOOL_NAMES};
 
 }  // namespace
 
-void apply_config(const std::string& path, const std::string& tool, std::vector<ToolParameter>& parameters,
+void apply_config(const std::string& path, const std::string& tool, std::vector<Option>& options,
                   const std::string& seed_key)
 {
     const JsonValue file(path);
@@ -32,9 +31,9 @@ void apply_config(const std::string& path, const std::string& tool, std::vector<
     std::vector<std::string> known_sections = tool_names;
     known_sections.insert(known_sections.end(), {tool, "description", seed_key});
     std::vector<std::string> known_keys;
-    for (const ToolParameter& parameter : parameters) known_keys.push_back(parameter.key());
+    for (const Option& option : options) known_keys.push_back(option.key());
     const auto find = [&](const std::string& key) {
-        return std::find_if(parameters.begin(), parameters.end(), [&](const auto& p) { return p.key() == key; });
+        return std::find_if(options.begin(), options.end(), [&](const Option& option) { return option.key() == key; });
     };
 
     for (const auto& [section, content] : config.items()) {
@@ -48,13 +47,13 @@ void apply_config(const std::string& path, const std::string& tool, std::vector<
                           content.dump());
         }
     }
-    if (config.contains(seed_key)) find(seed_key)->take_json(config[seed_key], path + ": (top level)");
+    if (config.contains(seed_key)) set_from_json(*find(seed_key), config[seed_key], path + ": (top level)");
     if (!config.contains(tool)) return;
     for (const auto& [key, value] : config[tool].items()) {
-        const auto parameter = find(key);
-        require_input(parameter != parameters.end(), "{}: unknown key \"{}\" in section \"{}\", did you mean \"{}\"?",
-                      path, key, tool, nearest_name(key, known_keys));
-        parameter->take_json(value, path + ": " + tool);
+        const auto option = find(key);
+        require_input(option != options.end(), "{}: unknown key \"{}\" in section \"{}\", did you mean \"{}\"?", path,
+                      key, tool, nearest_name(key, known_keys));
+        set_from_json(*option, value, path + ": " + tool);
     }
 }
 

@@ -177,17 +177,9 @@ std::vector<SamplePair> draw_pairs(const std::vector<int>& bodies, const std::ve
 
 void check(const PoseSet& poses, const SplitOptions& options)
 {
-    double sum = 0.0;
-    for (int k = 0; k < num_splits; ++k) {
-        require_input(options.fractions[k] > 0, "the {} fraction is {}, it must be positive", split_names[k],
-                      options.fractions[k]);
-        require_input(options.num_pairs[k] >= 0, "{} {} pairs were asked for", options.num_pairs[k], split_names[k]);
-        sum += options.fractions[k];
-    }
+    check_options(options);
+    const double sum = std::accumulate(options.fractions.begin(), options.fractions.end(), 0.0);
     require_input(std::abs(sum - 1.0) < 1e-6, "the split fractions add up to {}, not 1", sum);
-    require_input(options.segment_seconds > 0 && options.guard_seconds >= 0,
-                  "segments of {} s with a guard of {} s are not possible", options.segment_seconds,
-                  options.guard_seconds);
     for (std::size_t c = 0; c < poses.clip_names.size(); ++c) {
         require_input(poses.clip_frame_rates[c] > 0, "clip {} has frame rate {}", poses.clip_names[c],
                       poses.clip_frame_rates[c]);
@@ -195,6 +187,19 @@ void check(const PoseSet& poses, const SplitOptions& options)
 }
 
 }  // namespace
+
+void describe(OptionList& list, SplitOptions& options)
+{
+    for (int k = 0; k < num_splits; ++k) {
+        const std::string& name = split_names[k];
+        list.add(name + "-fraction", options.fractions[k], "share of bodies and of poses for " + name, 1e-6, 1);
+        list.add(name + "-pairs", options.num_pairs[k], "pairs for " + name, 1, 1000000000);
+    }
+    list.add("segment-seconds", options.segment_seconds, "clips are split in whole segments of this length (s)", 1e-3,
+             1e9);
+    list.add("guard-seconds", options.guard_seconds, "least time between poses of one clip in different splits (s)", 0,
+             1e9);
+}
 
 Splits make_splits(int num_bodies, const PoseSet& poses, const SplitOptions& options)
 {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "ndg/body/pose_set.h"
+#include "ndg/core/options.h"
 #include "ndg/dataset/splits.h"
 
 #include <array>
@@ -11,12 +12,13 @@ namespace ndg {
 
 /// Arrays are in the order of split_names: train, validation, test.
 struct SplitOptions {
-    std::array<double, 3> fractions = {0.8, 0.1, 0.1};  ///< positive, sum 1
+    std::array<double, 3> fractions = {0.8, 0.1, 0.1};  ///< of bodies and of poses, sum 1
     std::array<int, 3> num_pairs = {1, 1, 1};
     double segment_seconds = 4.0;
     double guard_seconds = 0.5;
     std::uint64_t seed = 0;
 };
+void describe(OptionList& list, SplitOptions& options);
 
 /// Splits bodies and poses, and pairs them within each split (NDG 4.1).
 /// Clips are cut into segments of segment_seconds and whole segments drawn for a split; where two neighbouring segments

@@ -10,7 +10,7 @@ namespace ndg {
 
 ElasticBody layered_body(const Template& body_template, const MaterialOptions& material)
 {
-    material.check();
+    check_options(material);
     const int num_wrap = body_template.num_wrap_vertices(), num_vertices = body_template.num_volume_vertices();
     const Prisms& prisms = body_template.prisms;
     const Lame muscle = lame_parameters(material.young_muscle_pascal, material.poisson_ratio);

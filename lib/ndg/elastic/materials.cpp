@@ -1,10 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ndg/elastic/materials.h"
 
-#include "ndg/core/error.h"
-
-#include <cmath>
-
 namespace ndg {
 
 Lame lame_parameters(double young_modulus_pascal, double poisson_ratio)
@@ -13,22 +9,15 @@ Lame lame_parameters(double young_modulus_pascal, double poisson_ratio)
             young_modulus_pascal * poisson_ratio / ((1 + poisson_ratio) * (1 - 2 * poisson_ratio))};
 }
 
-void MaterialOptions::check() const
+void describe(OptionList& list, MaterialOptions& options)
 {
-    require_input(energy == "paper" || energy == "inversion-free",
-                  "energy is \"{}\", it must be \"paper\" or \"inversion-free\"", energy);
-    const auto positive = [](const char* name, double value) {
-        require_input(std::isfinite(value) && value > 0, "{} is {}, it must be positive", name, value);
-    };
-    positive("young-muscle", young_muscle_pascal);
-    positive("young-fat", young_fat_pascal);
-    positive("flesh-stiffness", flesh_stiffness);
-    require_input(std::isfinite(stretch_stiffness) && stretch_stiffness >= 0,
-                  "stretch-stiffness is {}, it must not be negative", stretch_stiffness);
-    require_input(std::isfinite(bend_stiffness) && bend_stiffness >= 0, "bend-stiffness is {}, it must not be negative",
-                  bend_stiffness);
-    require_input(poisson_ratio > 0.125 && poisson_ratio < 0.5,
-                  "poisson-ratio is {}, it must lie between 0.125 and 0.5", poisson_ratio);
+    list.add("energy", options.energy, "flesh energy; inversion-free guards the volume of every prism too");
+    list.add("young-muscle", options.young_muscle_pascal, "Young's modulus of the muscle layer, Pa", 1, 1e9);
+    list.add("young-fat", options.young_fat_pascal, "Young's modulus of the fat layer, Pa", 1, 1e9);
+    list.add("poisson-ratio", options.poisson_ratio, "Poisson's ratio of both layers", 0.13, 0.4999);
+    list.add("flesh-stiffness", options.flesh_stiffness, "factor k_f of the flesh energy", 1e-6, 1e6);
+    list.add("stretch-stiffness", options.stretch_stiffness, "factor k_s of skin stretching, J", 0, 1e6);
+    list.add("bend-stiffness", options.bend_stiffness, "factor k_b of skin bending, J", 0, 1e6);
 }
 
 }  // namespace ndg

@@ -82,19 +82,26 @@ BuiltBody build_one(const LayerBuilder& builder, const Skin& skin, const Person&
 
 }  // namespace
 
+void describe(OptionList& list, PeopleOptions& options)
+{
+    list.add("sex", options.sex, "of all people; 'skins': the skins' parameters sex and age_years");
+    list.add("age-years", options.age_years, "of all people, unless the skins say", min_age_years, max_age_years);
+}
+
 std::vector<Person> people_of_skins(const SkinSet& skins, const std::string& path, const PeopleOptions& options)
 {
-    std::vector<Person> people(skins.bodies.size(), options.person);
-    if (options.from_skins) {
+    const double sex = options.sex == SexSource::male ? 1.0 : options.sex == SexSource::female ? 0.0 : 0.5;
+    std::vector<Person> people(skins.bodies.size(), Person{sex, options.age_years});
+    if (options.sex == SexSource::skins) {
         const auto column = [&](const std::string& name) {
             const auto found = std::find(skins.parameter_names.begin(), skins.parameter_names.end(), name);
             require_input(found != skins.parameter_names.end(), "{}: has no body parameter '{}'", path, name);
             return found - skins.parameter_names.begin();
         };
-        const Eigen::Index sex = column("sex"), age = column("age_years");
+        const Eigen::Index sex_column = column("sex"), age_column = column("age_years");
         for (std::size_t b = 0; b < people.size(); ++b)
-            people[b] = {skins.parameters(static_cast<Eigen::Index>(b), sex),
-                         skins.parameters(static_cast<Eigen::Index>(b), age)};
+            people[b] = {skins.parameters(static_cast<Eigen::Index>(b), sex_column),
+                         skins.parameters(static_cast<Eigen::Index>(b), age_column)};
     }
     for (std::size_t b = 0; b < people.size(); ++b) {
         const Person& person = people[b];

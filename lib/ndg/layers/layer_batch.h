@@ -11,11 +11,20 @@
 
 namespace ndg {
 
+/// Whose sex: skins takes the skins' parameters "sex" and "age_years".
+enum class SexSource { skins, female, male, unknown };
+template <>
+inline constexpr EnumName<SexSource> enum_table<SexSource>[] = {{SexSource::skins, "skins"},
+                                                                {SexSource::female, "female"},
+                                                                {SexSource::male, "male"},
+                                                                {SexSource::unknown, "unknown"}};
+
 /// Where sex and age of the people come from.
 struct PeopleOptions {
-    bool from_skins = true;  ///< the skins' parameters "sex" and "age_years"; otherwise `person` for all
-    Person person;
+    SexSource sex = SexSource::skins;
+    double age_years = Person().age_years;  ///< of all, unless the skins say
 };
+void describe(OptionList& list, PeopleOptions& options);
 /// One for each skin. Throws InputError naming `path` and the parameter that the skins lack, or the body and its value
 /// out of range.
 std::vector<Person> people_of_skins(const SkinSet& skins, const std::string& path, const PeopleOptions& options);

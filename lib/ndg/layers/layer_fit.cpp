@@ -269,21 +269,21 @@ void grow(std::vector<char>& marked, const std::vector<std::vector<int>>& neighb
 
 }  // namespace
 
-void LayerFitOptions::check() const
+void describe(OptionList& list, LayerFitOptions& options)
 {
-    require_input(min_scaled_jacobian > 0.0 && min_scaled_jacobian <= 0.5,
-                  "the least scaled Jacobian is {}, allowed is more than 0 to 0.5", min_scaled_jacobian);
-    require_input(min_thickness > 0.0 && min_thickness <= 0.02,
-                  "the least thickness of a layer is {} m, allowed is more than 0 to 0.02 m", min_thickness);
-    require_input(length_scale > 0.0 && skin_spring > 0.0 && wrap_spring > 0.0 && smoothness >= 0.0 && max_rounds > 0,
-                  "weights of the layer fit must be positive, they are {}, {}, {} and {} in {} rounds", length_scale,
-                  skin_spring, wrap_spring, smoothness, max_rounds);
+    list.add("min-scaled-jacobian", options.min_scaled_jacobian, "prisms flatter than this are improved", 0.001, 0.5);
+    list.add("min-thickness", options.min_thickness, "m, layers thinner than this are improved", 0.0001, 0.02);
+    list.add("length-scale", options.length_scale, "m", 1e-4, 1).no_flag();
+    list.add("skin-spring", options.skin_spring, "weight that holds skin vertices where they are", 0.01, 1e4);
+    list.add("wrap-spring", options.wrap_spring, "weight that holds the wraps", 1e-3, 1e4).no_flag();
+    list.add("smoothness", options.smoothness, "weight of the Laplacian of displacements", 0, 1e4);
+    list.add("max-rounds", options.max_rounds, "of growing weights", 1, 1000).no_flag();
 }
 
 LayerSurfaces fit_layers(const Eigen::Ref<const Triangles>& triangles, const LayerSurfaces& targets,
                          const LayerFitOptions& options, LayerFitReport& report)
 {
-    options.check();
+    check_options(options);
     const Eigen::Index count = targets.skin.rows(), num_triangles = triangles.rows();
     require(targets.bone.rows() == count && targets.muscle.rows() == count && num_triangles > 0,
             "layers were to be fitted to surfaces of {}, {} and {} vertices", targets.bone.rows(),

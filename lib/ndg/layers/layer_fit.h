@@ -2,6 +2,7 @@
 // Layers near their targets with prisms of good quality.
 #pragma once
 
+#include "ndg/core/options.h"
 #include "ndg/core/types.h"
 
 namespace ndg {
@@ -20,10 +21,8 @@ struct LayerFitOptions {
     double wrap_spring = 0.5;           ///< holds the vertices of the wraps
     double smoothness = 4.0;            ///< of the Laplacian of the displacements, all three surfaces
     int max_rounds = 14;                ///< in each the weight of prisms that are not good enough grows
-
-    /// Throws InputError for values outside their ranges.
-    void check() const;
 };
+void describe(OptionList& list, LayerFitOptions& options);
 
 struct LayerFitReport {
     double min_scaled_jacobian = 0;  ///< reached, over both layers

@@ -27,10 +27,15 @@ constexpr double least_scaled_jacobian = 0.01;
 
 }  // namespace
 
+std::string layers_key(const LayerFitOptions& options, const std::string& template_sha256)
+{
+    return run_key("layers", layers_method_version, options_key(options), {template_sha256});
+}
+
 LayerBuilder::LayerBuilder(const Template& body_template, const LayerFitOptions& options)
     : template_(body_template), options_(options)
 {
-    options.check();
+    check_options(options);
     const int num_wrap = body_template.num_wrap_vertices();
     require_input(num_wrap > 0 && body_template.rest.volume_vertices.rows() == 3 * num_wrap,
                   "the template has {} volume vertices for wraps of {}", body_template.rest.volume_vertices.rows(),

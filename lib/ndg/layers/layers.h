@@ -22,6 +22,12 @@ struct LayerReport {
     LayerFitReport fit;
 };
 
+/// To be raised whenever the same options, template and skin come to give other layers: no batch is resumed then that
+/// another method began.
+inline constexpr int layers_method_version = 1;
+/// What all layered bodies of a batch depend on.
+std::string layers_key(const LayerFitOptions& options, const std::string& template_sha256);
+
 /// Makes layered bodies of one template. Kept by reference.
 class LayerBuilder {
 public:

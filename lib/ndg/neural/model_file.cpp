@@ -96,7 +96,8 @@ NetworkOptions read_options(const H5Reader& file)
     for (const auto& [name, value] : list_h5(file.path()).attributes)
         if (name == "output_space") options.output_space = value;
     options.widths = parse_widths(file.attribute("widths"), file.path());
-    options.parametrisation = file.attribute("parametrisation");
+    options.parametrisation =
+        parse_name<ParametrisationKind>(file.attribute("parametrisation"), file.path() + ": parametrisation");
     options.rotation = read_flag(file, "rotation");
     options.shape = read_flag(file, "shape");
     options.output_basis = read_count(file, "output_basis");
@@ -144,7 +145,7 @@ void NeuralModel::save(const std::string& path, const Provenance& provenance) co
     H5Writer file(path, model_format, model_version, provenance);
     file.attribute("output_space", state.options.output_space);
     file.attribute("widths", join(state.options.widths));
-    file.attribute("parametrisation", state.options.parametrisation);
+    file.attribute("parametrisation", to_name(state.options.parametrisation));
     file.attribute("rotation", std::string(state.options.rotation ? "true" : "false"));
     file.attribute("shape", std::string(state.options.shape ? "true" : "false"));
     file.attribute("output_basis",

@@ -10,7 +10,8 @@ namespace {
 NeuralModel load_model(const Template& body_template, const NetworkInputs& inputs)
 {
     require_input(!inputs.model_path.empty(), "a network needs --model");
-    return NeuralModel::load(inputs.model_path, body_template, body_template.file_sha256, parse_device(inputs.device));
+    require_available(inputs.device);
+    return NeuralModel::load(inputs.model_path, body_template, body_template.file_sha256, inputs.device);
 }
 
 }  // namespace
@@ -19,7 +20,7 @@ void NetworkInputs::add_to(Tool& tool, bool required)
 {
     tool.input("model", model_path, "trained network", required);
     tool.parameter("batch-size", batch_size, "samples that go through the network together", 1, 4096);
-    tool.parameter("device", device, "where the network runs", {"cpu", "cuda"});
+    tool.parameter("device", device, "where the network runs");
 }
 
 NetworkDeformer::NetworkDeformer(const Template& body_template, const NetworkInputs& inputs)

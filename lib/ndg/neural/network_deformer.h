@@ -16,7 +16,7 @@ namespace ndg {
 /// What is needed to use a trained network.
 struct NetworkInputs {
     std::string model_path;
-    std::string device = "cpu";
+    Device device = Device::cpu;
     int batch_size = 16;
 
     /// --model, --device and --batch-size.

@@ -2,57 +2,49 @@
 #include "ndg/neural/options.h"
 
 #include "ndg/core/error.h"
+#include "ndg/neural/output_space.h"
 
 #include <torch/cuda.h>
 
-#include <algorithm>
-#include <cmath>
-
 namespace ndg {
-namespace {
 
-void require_range(double value, double low, double high, const char* name)
+void require_available(Device device)
 {
-    require_input(std::isfinite(value) && value >= low && value <= high, "{} must lie in [{}, {}], not {}", name, low,
-                  high, value);
-}
-
-}  // namespace
-
-Device parse_device(const std::string& name)
-{
-    require_input(name == "cpu" || name == "cuda", "device must be cpu or cuda, not \"{}\"", name);
-    if (name == "cpu") return Device::cpu;
-    require_input(torch::cuda::is_available(),
+    require_input(device != Device::cuda || torch::cuda::is_available(),
                   "device cuda is not available: no CUDA device, or libtorch was built without CUDA");
-    return Device::cuda;
 }
 
 void NetworkOptions::check() const
 {
+    check_options(*this);
     require_input(widths.size() <= 16, "widths must name at most 16 hidden layers, not {}", widths.size());
-    for (const int width : widths) require_range(width, 1, 1 << 20, "each entry of widths");
-    const auto& names = parametrisation_names;
-    require_input(std::find(names.begin(), names.end(), parametrisation) != names.end(),
-                  "parametrisation must be exponential, direct, lu or qr, not \"{}\"", parametrisation);
-    require_range(output_basis, 0, 1 << 16, "output_basis");
-    require_input(output_basis == 0 || parametrisation == "exponential" || parametrisation == "direct",
-                  "output_basis {} needs the parametrisation exponential or direct, not {}", output_basis,
-                  parametrisation);
 }
 
-void TrainingOptions::check() const
+void describe(OptionList& list, NetworkOptions& options)
 {
-    require_range(epochs, 1, 1e6, "epochs");
-    require_range(batch_size, 1, 1e6, "batch_size");
-    require_range(learning_rate, 1e-12, 10, "learning_rate");
-    require_range(weight_decay, 0, 1e3, "weight_decay");
-    require_input(std::find(schedule_names.begin(), schedule_names.end(), schedule) != schedule_names.end(),
-                  "schedule must be constant, cosine or plateau, not \"{}\"", schedule);
-    require_range(dropout, 0, 0.95, "dropout");
-    require_range(input_noise, 0, 10, "input_noise");
-    require_range(patience, 0, 1e6, "patience");
-    require_range(checkpoint_seconds, 0, 1e9, "checkpoint_seconds");
+    list.add("widths", options.widths, "hidden layers", 1, 1 << 20);
+    list.add("output-space", options.output_space, "what is predicted", output_space_names());
+    list.add("parametrisation", options.parametrisation, "from nine numbers to a residual gradient");
+    list.add("rotation", options.rotation, "predict the residual R^T F; without (ablation): F itself");
+    list.add("shape", options.shape, "let the network see the body's shape; without: ablation");
+    list.add("output-basis", options.output_basis,
+             "0: trained last layer; k: fixed basis of k principal components of the training residuals", 0, 1 << 16);
+}
+
+void describe(OptionList& list, TrainingOptions& options)
+{
+    list.add("epochs", options.epochs, "passes over the training samples", 1, 1000000);
+    list.add("batch-size", options.batch_size, "samples a step", 1, 1000000);
+    list.add("learning-rate", options.learning_rate, "of AdamW", 1e-12, 10);
+    list.add("weight-decay", options.weight_decay, "of AdamW, on matrices", 0, 1000);
+    list.add("schedule", options.schedule, "of the learning rate");
+    list.add("dropout", options.dropout, "probability, after each hidden layer", 0, 0.95);
+    list.add("input-noise", options.input_noise, "in standard deviations of each input", 0, 10);
+    list.add("patience", options.patience, "epochs without improvement before stopping, 0: never", 0, 1000000);
+    list.add("checkpoint-seconds", options.checkpoint_seconds, "between checkpoints, 0: every epoch", 0, 1e9)
+        .run_only();
+    list.add("checkpoint-path", options.checkpoint_path, "beside the output").no_flag().run_only();
+    list.add("training-seed", options.seed, "of batches, noise and dropout").no_flag();
 }
 
 }  // namespace ndg

@@ -102,19 +102,19 @@ Tensor qr(const Tensor& matrices)
 }
 
 const Parametrisation parametrisations[] = {
-    {"exponential", differentiable_exponential, exponential_inverse},
-    {"direct", direct, direct_inverse},
-    {"lu", lu, nullptr},
-    {"qr", qr, nullptr},
+    {ParametrisationKind::exponential, differentiable_exponential, exponential_inverse},
+    {ParametrisationKind::direct, direct, direct_inverse},
+    {ParametrisationKind::lu, lu, nullptr},
+    {ParametrisationKind::qr, qr, nullptr},
 };
 
 }  // namespace
 
-const Parametrisation& find_parametrisation(const std::string& name)
+const Parametrisation& find_parametrisation(ParametrisationKind kind)
 {
     for (const Parametrisation& candidate : parametrisations)
-        if (name == candidate.name) return candidate;
-    throw InputError(fmt::format("there is no parametrisation \"{}\"", name));
+        if (kind == candidate.kind) return candidate;
+    throw Error(fmt::format("the parametrisation {} has no row", to_name(kind)));
 }
 
 torch::Tensor differentiable_exponential(const torch::Tensor& matrices)

@@ -3,23 +3,22 @@
 // section 4.4).
 #pragma once
 
-#include <torch/types.h>
+#include "ndg/neural/options.h"
 
-#include <string>
+#include <torch/types.h>
 
 namespace ndg {
 
 /// All give the identity for Q = 0. Matrices are nine numbers, row-major.
 struct Parametrisation {
-    const char* name;
+    ParametrisationKind kind;
     /// Residuals of Q, (B, N_p, 9) to the same shape, differentiable.
     torch::Tensor (*residuals)(const torch::Tensor& q);
     /// Nearly the Q of one residual, good enough to span a basis and used for nothing else; null where there is none.
     void (*approximate_inverse)(const float* residual, float* q);
 };
 
-/// Throws InputError for an unknown name.
-const Parametrisation& find_parametrisation(const std::string& name);
+const Parametrisation& find_parametrisation(ParametrisationKind kind);
 
 /// exp of each 3 x 3 block of a (..., 9) float tensor, differentiable. Our own kernel on the CPU, where
 /// torch::matrix_exp takes ten times as long and more; torch::matrix_exp elsewhere.

@@ -2,10 +2,10 @@
 #include "ndg/neural/train.h"
 
 #include "ndg/core/error.h"
-#include "ndg/core/hash.h"
 #include "ndg/core/interrupt.h"
 #include "ndg/core/log.h"
 #include "ndg/core/parallel_for.h"
+#include "ndg/core/provenance.h"
 #include "ndg/core/random.h"
 #include "ndg/core/threads.h"
 #include "ndg/neural/adamw.h"
@@ -83,14 +83,9 @@ Trainer::Trainer(NeuralModel::State& model, const TrainingSet& training, const T
 
 std::string Trainer::fingerprint() const
 {
-    const NetworkOptions& network = model_.options;
-    std::string text = fmt::format("{} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} {} ", network.output_space,
-                                   network.parametrisation, network.rotation, network.shape, network.output_basis,
-                                   options_.epochs, options_.batch_size, options_.learning_rate, options_.weight_decay,
-                                   options_.schedule, options_.dropout, options_.input_noise, options_.patience,
-                                   options_.seed, model_.seed, model_.template_sha256, model_.output_space->width());
-    for (const int width : network.widths) text += fmt::format("{} ", width);
-    return sha256(text + training_.digest() + validation_.digest());
+    return run_key("training", training_method_version, options_key(model_.options) + options_key(options_),
+                   {model_.template_sha256, std::to_string(model_.seed), std::to_string(model_.output_space->width()),
+                    training_.digest(), validation_.digest()});
 }
 
 RowMatrixF Trainer::inputs_of(const TrainingSet& set, const int* samples, int count, double noise) const
@@ -215,7 +210,7 @@ void Trainer::save_if_due()
 
 double Trainer::batch_learning_rate() const
 {
-    if (options_.schedule != "cosine") return state_.learning_rate;
+    if (options_.schedule != Schedule::cosine) return state_.learning_rate;
     const double total = static_cast<double>(options_.epochs) * batches_per_epoch();
     const double done = static_cast<double>(state_.epoch) * batches_per_epoch() + state_.batch;
     return 0.5 * options_.learning_rate * (1 + std::cos(EIGEN_PI * done / total));
@@ -267,7 +262,7 @@ void Trainer::finish_epoch()
         state_.bad_epochs = 0;
         state_.best_parameters.clear();
         for (const Tensor& parameter : parameters_) state_.best_parameters.push_back(parameter.detach().clone());
-    } else if (++state_.bad_epochs >= plateau_patience && options_.schedule == "plateau") {
+    } else if (++state_.bad_epochs >= plateau_patience && options_.schedule == Schedule::plateau) {
         state_.bad_epochs = 0;
         state_.learning_rate *= plateau_factor;
     }
@@ -302,7 +297,7 @@ TrainingResult Trainer::run()
 TrainingResult train(NeuralModel& model, const TrainingSet& training, const TrainingSet& validation,
                      const TrainingOptions& options, const TrainingCallbacks& callbacks)
 {
-    options.check();
+    check_options(options);
     NeuralModel::State& state = model.state();
     for (const TrainingSet* set : {&training, &validation}) {
         require_input(set->width() == state.output_space->width(),

@@ -44,15 +44,17 @@ double bmi_of(const ParametricSurface& surface)
 
 void BodySamplingOptions::check() const
 {
-    require_input(muscle_spread >= 0.0 && muscle_spread <= 0.5, "muscle_spread is {}, allowed is 0 to 0.5",
-                  muscle_spread);
-    require_input(proportion_spread >= 0.0 && proportion_spread <= 0.5, "proportion_spread is {}, allowed is 0 to 0.5",
-                  proportion_spread);
-    require_input(detail_spread >= 0.0 && detail_spread <= 0.5, "detail_spread is {}, allowed is 0 to 0.5",
-                  detail_spread);
-    require_input(min_bmi >= 14.0 && max_bmi <= 50.0 && max_bmi - min_bmi >= 1.0,
-                  "the body mass index is asked from {} to {}, allowed is a range of at least 1 within 14 to 50",
-                  min_bmi, max_bmi);
+    check_options(*this);
+    require_input(max_bmi - min_bmi >= 1.0, "min-bmi {} and max-bmi {} are less than 1 apart", min_bmi, max_bmi);
+}
+
+void describe(OptionList& list, BodySamplingOptions& options)
+{
+    list.add("min-bmi", options.min_bmi, "smallest body mass index, kg/m^2", 14, 49);
+    list.add("max-bmi", options.max_bmi, "largest body mass index (the procedural body ends at 35)", 15, 50);
+    list.add("muscle-spread", options.muscle_spread, "standard deviation of MakeHuman's muscle slider", 0, 0.5);
+    list.add("proportion-spread", options.proportion_spread, "of its proportions slider", 0, 0.5);
+    list.add("detail-spread", options.detail_spread, "of its sliders for girths and segments", 0, 0.5);
 }
 
 MakeHumanParameters makehuman_parameters(const MakeHuman& source, const Adult& adult, MakeHumanParameters wished)
@@ -136,7 +138,11 @@ struct SampledPerson {
 std::function<SampledPerson(int)> person_source(const Template& body_template, const std::string& makehuman_folder,
                                                 std::uint64_t seed, const BodySamplingOptions& options)
 {
-    if (body_template.source_name == "procedural") {
+    const std::optional<SourceKind> kind = find_name<SourceKind>(body_template.source_name);
+    require_input(kind.has_value(),
+                  "the template was not made from a source that bodies can be drawn from (its source is '{}')",
+                  body_template.source_name);
+    if (kind == SourceKind::procedural) {
         const auto source = std::make_shared<ProceduralBody>();
         return [source, seed, options](int b) {
             const ProceduralParameters p =
@@ -144,9 +150,6 @@ std::function<SampledPerson(int)> person_source(const Template& body_template, c
             return SampledPerson{source->evaluate(p), p.sex, p.age_years};
         };
     }
-    require_input(body_template.source_name == "anatomy",
-                  "the template was not made from a source that bodies can be drawn from (its source is '{}')",
-                  body_template.source_name);
     require_input(!makehuman_folder.empty(), "the template was made from MakeHuman's body: give --makehuman");
     const auto source = std::make_shared<MakeHuman>(makehuman_folder);
     return [source, seed, options](int b) {

@@ -3,6 +3,7 @@
 
 #include "ndg/body/template.h"
 #include "ndg/body_source/adult_statistics.h"
+#include "ndg/core/options.h"
 #include "ndg/makehuman/makehuman.h"
 
 #include <cstdint>
@@ -17,9 +18,10 @@ struct BodySamplingOptions {
     double proportion_spread = 0.18;  ///< of its proportions
     double detail_spread = 0.2;       ///< of each of makehuman_details()
 
-    /// Throws InputError for values outside their ranges.
+    /// check_options, and that the range of the body mass index is at least 1.
     void check() const;
 };
+void describe(OptionList& list, BodySamplingOptions& options);
 
 /// MakeHuman's parameters for an adult of the muscle, proportions and details of `wished`: muscle is no more than a
 /// wish; height is solved for the stature (within 1 mm), and weight for the body mass index (within 0.05). Who is

@@ -151,7 +151,7 @@ TemplateSource ProceduralBody::source(const ProceduralParameters& parameters) co
 {
     const SolvedPerson person = state_->solve(parameters);
     TemplateSource result;
-    result.name = "procedural";
+    result.kind = SourceKind::procedural;
     result.licence = procedural_licence;
     result.surface = state_->surface_of(person);
     result.weights = state_->weights;

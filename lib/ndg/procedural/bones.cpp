@@ -49,8 +49,8 @@ AnatomyMesh mesh_bone(const BoneSketch& sketch)
     AnatomyMesh part;
     part.name = sketch.paired ? with_side("Left", sketch.name) : sketch.name;
     part.fma_id = sketch.fma_left;
-    part.side = sketch.paired ? "left" : "middle";
-    part.layer = "bone";
+    part.side = sketch.paired ? BodySide::left : BodySide::middle;
+    part.layer = AnatomyLayer::bone;
     part.joint = sketch.joint;
     part.vertices = mesh.vertices;
     part.triangles = mesh.triangles;
@@ -64,7 +64,7 @@ AnatomyMesh mirrored_part(const AnatomyMesh& left, int fma_id)
     AnatomyMesh right = left;
     right.name = "Right" + left.name.substr(4);
     right.fma_id = fma_id;
-    right.side = "right";
+    right.side = BodySide::right;
     if (left.joint.rfind("left_", 0) == 0) right.joint = "right_" + left.joint.substr(5);
     right.vertices.col(0) *= -1.0;
     right.triangles.col(1).swap(right.triangles.col(2));

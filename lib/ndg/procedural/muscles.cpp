@@ -49,8 +49,8 @@ AnatomyMesh sweep(const MuscleSketch& sketch, const Field& skin)
     part.name[0] = static_cast<char>(std::tolower(static_cast<unsigned char>(part.name[0])));
     part.name = "Left " + part.name;
     part.fma_id = sketch.fma_left;
-    part.side = "left";
-    part.layer = "muscle";
+    part.side = BodySide::left;
+    part.layer = AnatomyLayer::muscle;
     part.vertices.resize(num_rings * num_sides + 2, 3);
     for (int r = 0; r < num_rings; ++r) {
         const double t = static_cast<double>(r) / (num_rings - 1);

@@ -170,6 +170,16 @@ std::vector<PlaneMatch> match_scan_to_surface(const Eigen::Ref<const Points>& ve
     return all;
 }
 
+void describe(OptionList& list, ArticulatedFitOptions& options)
+{
+    list.add("pose-iterations", options.iterations, "of pose and proportions", 1, 1000).no_flag();
+    list.add("pose-samples", options.samples, "matches in each direction", 10, 1000000).no_flag();
+    list.add("first-pose-reach", options.first_reach, "of the robust weights, m", 1e-4, 10).no_flag();
+    list.add("last-pose-reach", options.last_reach, "of the robust weights, m", 1e-4, 10).no_flag();
+    list.add("residual-deviation", options.residual_deviation, "model error, m", 1e-5, 1).no_flag();
+    list.add("proportions", options.proportions, "fit proportions too").no_flag();
+}
+
 Eigen::VectorXd fit_articulated(const ArticulatedModel& model, const ScanTarget& scan, const Eigen::VectorXd& start,
                                 const std::vector<LandmarkTarget>& landmarks, const ArticulatedFitOptions& options,
                                 double* score)

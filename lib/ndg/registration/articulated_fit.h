@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "ndg/core/options.h"
 #include "ndg/geometry/point_tree.h"
 #include "ndg/registration/articulated_model.h"
 
@@ -61,6 +62,7 @@ struct ArticulatedFitOptions {
     double residual_deviation = 0.006;  ///< m: model error against which the prior is weighed
     bool proportions = true;            ///< false: root, overall scale and joints alone
 };
+void describe(OptionList& list, ArticulatedFitOptions& options);
 
 /// Pose and proportions that bring the model to the scan, from `start`: Gauss-Newton on point-to-plane distances both
 /// ways with Geman-McClure weights whose reach shrinks, plus the model's prior, which is relaxed. `score` receives the

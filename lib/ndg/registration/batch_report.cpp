@@ -122,8 +122,8 @@ ReportedFit read_reported_fit(const std::string& path, const std::string& name)
         ReportedFit fit;
         fit.name = wanted;
         fit.file = report.at("file").text();
-        fit.unit = report.at("unit").text();
-        fit.up = report.at("up").text();
+        fit.unit = parse_name<LengthUnit>(report.at("unit").text(), path + ": unit");
+        fit.up = parse_name<Axis>(report.at("up").text(), path + ": up");
         fit.heading_degrees = report.at("heading_degrees").number();
         return fit;
     }

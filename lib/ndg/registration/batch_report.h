@@ -32,7 +32,9 @@ public:
 
 /// Where a reported fit's scan lies and how it is to be read.
 struct ReportedFit {
-    std::string name, file, unit, up;
+    std::string name, file;
+    LengthUnit unit = LengthUnit::metre;
+    Axis up = Axis::y;
     double heading_degrees = 0.0;
 };
 /// The fit of that name, or the worst one for an empty name, from a file that json() made. Throws InputError when there

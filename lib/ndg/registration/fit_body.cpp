@@ -4,6 +4,7 @@
 #include "ndg/core/error.h"
 #include "ndg/core/json_file.h"
 #include "ndg/core/log.h"
+#include "ndg/core/provenance.h"
 #include "ndg/geometry/triangle_mesh.h"
 #include "ndg/registration/fit_report.h"
 #include "ndg/registration/initial_alignment.h"
@@ -96,10 +97,33 @@ ScanLandmarks read_scan_landmarks(const std::string& path)
     return landmarks;
 }
 
+void describe(OptionList& list, FitOptions& options)
+{
+    describe(list, options.scan);
+    describe(list, options.articulated);
+    list.add("armpit-factor", options.armpit_factor, "weight of the regulariser at the armpits", 1, 1e8);
+    list.add("armpit-radius", options.armpit_radius, "around each armpit, m", 0.001, 0.3);
+    list.add("rounds", options.rounds, "of pose and proportions, then surface", 1, 10);
+    describe(list, options.nonrigid);
+    list.add("max-mean", options.max_mean, "gate: mean distance of scan points to the skin, noise included, m", 1e-5,
+             0.1);
+    list.add("min-coverage", options.min_coverage, "gate: share of the scan near the skin", 0, 1);
+    list.add("min-seen", options.min_seen, "gate: share of the skin that the scan shows", 0, 1);
+    list.add("covered", options.covered, "gate: near is nearer than this, m", 1e-4, 1).no_flag();
+    list.add("min-stature", options.min_stature, "gate: m", 0, 10).no_flag();
+    list.add("max-stature", options.max_stature, "gate: m", 0, 10).no_flag();
+    list.add("max-flipped", options.max_flipped, "gate: share of the triangles", 0, 1).no_flag();
+}
+
+std::string fit_key(const FitOptions& options, const std::vector<std::string>& input_sha256)
+{
+    return run_key("fit", fit_method_version, options_key(options), input_sha256);
+}
+
 BodyFitter::BodyFitter(const Template& body_template, const FitOptions& options,
                        const std::vector<JointExample>& examples)
     : template_(body_template),
-      options_(options),
+      options_((check_options(options), options)),
       model_({body_template.rest.skin_vertices, body_template.skin_triangles, body_template.skin_weights,
               body_template.rest.joint_positions}),
       stiffness_(stiffness_weights(model_.skin(), options.armpit_factor, options.armpit_radius)),
@@ -152,8 +176,9 @@ FittedBody BodyFitter::fit(const std::string& name, const ScanPoints& scan, cons
             start = fit_articulated(model_, moved, start, {}, trial, &score);
         }
         const Eigen::Matrix3d turn = candidate.template_from_file.linear();
-        log_debug("{}: up {}, heading {:.0f} degrees, distance {:.1f} mm rigid, {:.1f} mm posed", name, candidate.up,
-                  std::atan2(turn(0, 2), turn(2, 2)) * 180.0 / EIGEN_PI, 1e3 * candidate.error, 1e3 * score);
+        log_debug("{}: up {}, heading {:.0f} degrees, distance {:.1f} mm rigid, {:.1f} mm posed", name,
+                  to_name(candidate.up), std::atan2(turn(0, 2), turn(2, 2)) * 180.0 / EIGEN_PI, 1e3 * candidate.error,
+                  1e3 * score);
         if (placement != nullptr && score >= best) continue;
         best = score;
         placement = &candidate;
@@ -222,9 +247,9 @@ FittedBody BodyFitter::fit(const std::string& name, const ScanPoints& scan, cons
 
     FitReport& report = result.report;
     report.name = name;
-    report.unit = scan.unit;
+    report.unit = to_name(scan.unit);
     report.unit_guessed = scan.unit_guessed;
-    report.up = placement->up;
+    report.up = to_name(placement->up);
     report.up_guessed = scan.up_axes.size() > 1;
     report.file_points = scan.file_points;
     const Eigen::Matrix3d turn = result.pose.parent_from_joint[0];

@@ -28,6 +28,13 @@ struct FitOptions {
     double min_stature = 1.2, max_stature = 2.35;  ///< m
     double max_flipped = 0.001;                    ///< share of the triangles
 };
+void describe(OptionList& list, FitOptions& options);
+
+/// To be raised whenever the same options, template and scans come to give other fits: no batch is resumed then that
+/// another method began.
+inline constexpr int fit_method_version = 1;
+/// What all fits of a batch depend on; `input_sha256`: of the template and, where there are any, the examples.
+std::string fit_key(const FitOptions& options, const std::vector<std::string>& input_sha256);
 
 /// How well a skin fits a scan.
 struct FitReport {

@@ -79,7 +79,7 @@ std::vector<InitialAlignment> align_initially(const ScanPoints& scan, const Skin
     for (Eigen::Index i = 0; i < sample.rows(); ++i) sample.row(i) = scan.points.row(i * stride);
 
     std::vector<InitialAlignment> candidates;
-    for (const std::string& up : scan.up_axes) {
+    for (const Axis up : scan.up_axes) {
         const Eigen::Matrix3d upright = rotation_to_y_up(up);
         const Points turned = scan.points * upright.transpose();
         const double low = percentile(turned, 1, 0.05), high = percentile(turned, 1, 99.95);
@@ -132,7 +132,7 @@ InitialAlignment align_by_landmarks(const std::string& name, const Eigen::Ref<co
     const Eigen::Vector3d up_in_file = result.template_from_file.linear().transpose() * Eigen::Vector3d::UnitY();
     Eigen::Index axis = 0;
     up_in_file.cwiseAbs().maxCoeff(&axis);
-    result.up = std::string(up_in_file[axis] < 0 ? "-" : "") + static_cast<char>('x' + axis);
+    result.up = axis_along(static_cast<int>(axis), up_in_file[axis] < 0);
     const Points mapped = (positions * result.template_from_file.linear().transpose()).rowwise() +
                           result.template_from_file.translation().transpose();
     result.error = (mapped - result.template_scale * on_template).rowwise().norm().mean();

@@ -11,7 +11,7 @@ namespace ndg {
 
 /// Rigid motion from the axes of a scan file (in metres) to the template's place, and the template's size.
 struct InitialAlignment {
-    std::string up;  ///< axis of the file that points up
+    Axis up = Axis::y;  ///< axis of the file that points up
     Eigen::Isometry3d template_from_file = Eigen::Isometry3d::Identity();
     double template_scale = 1.0;  ///< size of the person over the template's
     double error = 0.0;           ///< trimmed mean distance of scan points to the scaled template, m

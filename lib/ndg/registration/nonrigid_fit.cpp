@@ -190,6 +190,18 @@ Eigen::VectorXd stiffness_weights(const SkinnedSurface& skin, double armpit_fact
     return result;
 }
 
+void describe(OptionList& list, NonrigidFitOptions& options)
+{
+    list.add("iterations", options.iterations, "of the surface, each round", 1, 1000);
+    list.add("first-wavelength", options.first_wavelength, "of displacements, m", 0.005, 10).no_flag();
+    list.add("last-wavelength", options.last_wavelength, "shapes smaller than about this are the template's, m", 0.005,
+             1);
+    list.add("first-reach", options.first_reach, "of the robust weights, m", 1e-4, 10).no_flag();
+    list.add("last-reach", options.last_reach, "of the robust weights, m", 1e-4, 10).no_flag();
+    list.add("tangential", options.tangential, "weight of staying in place", 0, 1e3).no_flag();
+    list.add("scan-samples", options.scan_samples, "scan points matched to the surface", 10, 100000000).no_flag();
+}
+
 Points fit_nonrigid(const Eigen::Ref<const Points>& reference, const Eigen::Ref<const Triangles>& triangles,
                     const ScanTarget& scan, const Eigen::Ref<const Points>& start, const Eigen::VectorXd& stiffness,
                     const NonrigidFitOptions& options)

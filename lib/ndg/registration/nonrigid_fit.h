@@ -16,6 +16,7 @@ struct NonrigidFitOptions {
     double tangential = 0.002;  ///< weight of staying where the last iteration left a vertex, against distances' 1
     int scan_samples = 30000;   ///< scan points matched to the surface
 };
+void describe(OptionList& list, NonrigidFitOptions& options);
 
 /// How stiff the surface is, relative to ordinary skin, for each vertex: `armpit_factor` (1e4 in NDG 4.1) within
 /// `armpit_radius` (m) of the armpits, fading out to twice that; 1e2 at hands, face and toes, whose detail a scan does

@@ -112,7 +112,7 @@ public:
         std::vector<bool> glitch(static_cast<std::size_t>(num_frames_), false);
         for (std::size_t f = 0; f < speeds_.size(); ++f) {
             report.max_joint_speed = std::max(report.max_joint_speed, speeds_[f]);
-            if (speeds_[f] > options_.max_joint_speed) glitch[f] = glitch[f + 1] = true;
+            if (speeds_[f] > options_.max_joint_speed * radians_per_degree) glitch[f] = glitch[f + 1] = true;
         }
         report.num_glitch_frames = static_cast<int>(std::count(glitch.begin(), glitch.end(), true));
         PoseSet poses;
@@ -199,7 +199,7 @@ private:
         const auto k = static_cast<std::size_t>(kept - kept_.begin());
         poses_[k].parent_from_joint = frame.clamped;
         poses_[k].root_translation = transfer_.root_translation(frame_idx, first_frame_, frame.clamped[0]);
-        beyond_[k] = exceeds_angles(transfer_, frame.clamped, options_.max_joint_angle);
+        beyond_[k] = exceeds_angles(transfer_, frame.clamped, options_.max_joint_angle * radians_per_degree);
     }
 
     void add_errors(int frame_idx, const Rotations& reference, const Points& targets, const Frame& frame,
@@ -328,6 +328,18 @@ private:
 };
 
 }  // namespace
+
+void describe(OptionList& list, RetargetOptions& options)
+{
+    list.add("frame-rate", options.frame_rate, "poses kept a second (Hz), 0: every frame", 0, 1000);
+    list.add("max-joint-speed", options.max_joint_speed, "drop frames where a joint turns faster (degrees/s): glitches",
+             1, 1e9);
+    list.add("max-joint-angle", options.max_joint_angle,
+             "drop frames with a joint further from rest (degrees), 180: none", 0, 180);
+    list.add("inverse-kinematics", options.inverse_kinematics,
+             "match joint positions; without, rotations are transferred alone");
+    list.add("clamp-joint-limits", options.clamp_limits, "bring joints to the border of their range");
+}
 
 PoseSet retarget_clip(const MotionClip& clip, const JointMap& map, const Eigen::Ref<const Points>& joint_positions,
                       const RetargetOptions& options, RetargetReport& report)

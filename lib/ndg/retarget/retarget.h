@@ -14,16 +14,17 @@ namespace ndg {
 
 struct RetargetOptions {
     double frame_rate = 10.0;  ///< Hz, poses kept a second; 0 keeps every frame
-    /// rad/s; a frame is dropped as a glitch where a joint turns faster than this from the frame before or to the next.
-    double max_joint_speed = 26.179938779914945;  // 1500 degrees a second
-    /// rad; frames in which a joint other than the root is rotated further from rest are dropped. Pi: none.
-    double max_joint_angle = 3.141592653589793;
+    /// Degrees/s; a frame is dropped as a glitch where a joint turns faster from the frame before or to the next.
+    double max_joint_speed = 1500;
+    /// Degrees; frames in which a joint other than the root is rotated further from rest are dropped. 180: none.
+    double max_joint_angle = 180;
     /// Match joint positions by inverse kinematics; otherwise the rotations are transferred and nothing more.
     bool inverse_kinematics = true;
     InverseKinematicsOptions kinematics;
     const JointLimits* limits = nullptr;  ///< ranges to check against; of the same body
     bool clamp_limits = false;            ///< bring joints to the border of their range
 };
+void describe(OptionList& list, RetargetOptions& options);
 
 /// Poses of one clip. World rotations are transferred (RotationTransfer), then corrected so that our joints lie where
 /// the source has them (ScaledTargets, InverseKinematics), then clamped where asked for. The correction of a frame

@@ -38,15 +38,6 @@ std::string axis_name(const Eigen::Vector3d& axis)
     return "";
 }
 
-Eigen::Vector3d parse_axis(const std::string& text)
-{
-    const bool is_signed = !text.empty() && (text[0] == '+' || text[0] == '-');
-    const std::string letter = text.substr(is_signed ? 1 : 0);
-    require_input(letter == "x" || letter == "y" || letter == "z", "the up axis \"{}\" is none of x, y, z, -x, -y, -z",
-                  text);
-    return (text[0] == '-' ? -1.0 : 1.0) * Eigen::Vector3d::Unit(letter[0] - 'x');
-}
-
 /// From the ankles to the joint of head, neck and shoulders that lies farthest from them.
 Eigen::Vector3d standing_direction(const MotionClip& clip, const JointMap& map)
 {
@@ -73,6 +64,13 @@ double leg_length(const MotionClip& clip, const JointMap& map)
 
 }  // namespace
 
+void describe(OptionList& list, ConventionOptions& options)
+{
+    list.add("up-axis", options.up, "axis of the BVH and ASF files that points up; auto: as the zero pose");
+    list.add("metres-per-unit", options.metres_per_unit,
+             "length of the files' unit (m); 0: from the file or the performer's stature", 0, 1000);
+}
+
 ClipConventions apply_conventions(MotionClip& clip, const JointMap& map, const ConventionOptions& options)
 {
     const std::string missing = missing_source_joint(map, clip);
@@ -82,8 +80,8 @@ ClipConventions apply_conventions(MotionClip& clip, const JointMap& map, const C
     Eigen::Vector3d up = Eigen::Vector3d::UnitY(), front = Eigen::Vector3d::UnitZ();
     result.axes_from = "file";
     if (!clip.axes_known) {
-        result.axes_from = options.up.empty() ? "estimate" : "flag";
-        up = options.up.empty() ? nearest_axis(standing_direction(clip, map)) : parse_axis(options.up);
+        result.axes_from = options.up ? "flag" : "estimate";
+        up = options.up ? unit_vector(*options.up) : nearest_axis(standing_direction(clip, map));
         const Eigen::Vector3d hips = joint_of(clip, map, "left_thigh") - joint_of(clip, map, "right_thigh");
         const Eigen::Vector3d across = hips - up * up.dot(hips);
         require_input(across.norm() > 0.1 * hips.norm() && hips.norm() > 0,

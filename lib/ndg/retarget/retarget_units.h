@@ -2,8 +2,11 @@
 // Which way is up in a motion file, and how long its unit is.
 #pragma once
 
+#include "ndg/core/axis.h"
+#include "ndg/core/options.h"
 #include "ndg/retarget/joint_map.h"
 
+#include <optional>
 #include <string>
 
 namespace ndg {
@@ -17,16 +20,17 @@ struct ClipConventions {
 };
 
 struct ConventionOptions {
-    std::string up;                ///< "x", "+y", "-z"...: of the file's world and zero pose; "" finds it
+    std::optional<Axis> up;        ///< of the file's world and zero pose; none: found
     double metres_per_unit = 0.0;  ///< 0 finds it
 };
+void describe(OptionList& list, ConventionOptions& options);
 
 /// Turns a clip so that its zero pose stands along +y and faces +z, and says how it stood and what its unit is.
 /// Axes: as the format fixes them (MotionClip::axes_known), otherwise the flag's up or that of the zero pose: up is the
 /// coordinate axis nearest to the way from the ankles to the highest of shoulders and head, left the one nearest to the
 /// way from right to left hip. Unit: the flag's, the file's, or of the usual ones (m, dm, cm, mm, inch, foot and CMU's
-/// 0.45 inch) the one that brings the performer's stature nearest to 1.7 m. Throws InputError naming clip and value: a
-/// flag that is no axis, an up axis along the line of the hips.
+/// 0.45 inch) the one that brings the performer's stature nearest to 1.7 m. Throws InputError naming clip and value for
+/// an up axis along the line of the hips.
 ClipConventions apply_conventions(MotionClip& clip, const JointMap& map, const ConventionOptions& options);
 
 }  // namespace ndg

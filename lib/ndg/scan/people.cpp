@@ -19,7 +19,7 @@ People read_people(const std::string& path)
         Person person;
         if (entry.has("sex")) {
             const JsonValue sex = entry.at("sex");
-            person.sex = sex.is_text() ? sex.choice({"female", "male"}) : sex.number(0.0, 1.0);
+            person.sex = sex.is_text() ? male_share(parse_name<Sex>(sex.text(), sex.where())) : sex.number(0.0, 1.0);
         }
         person.age_years = entry.number_or("age_years", person.age_years, 0.0, 130.0);
         people[name] = person;

@@ -12,13 +12,12 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <utility>
+#include <optional>
 
 namespace ndg {
 namespace {
 
-const std::array<std::pair<const char*, double>, 6> units = {
-    {{"m", 1.0}, {"dm", 0.1}, {"cm", 0.01}, {"mm", 0.001}, {"in", 0.0254}, {"ft", 0.3048}}};
+constexpr std::array<double, 6> metres_per_unit = {1.0, 0.1, 0.01, 0.001, 0.0254, 0.3048};
 /// Largest extent of a standing adult, m: stature, or span of the arms. Adults of 1.2 to 2.35 m leave every two of the
 /// units apart (their ratios are 2.54, 3.05, 3.28...; the range's own is 1.96).
 constexpr double min_extent = 1.2, max_extent = 2.35;
@@ -108,35 +107,33 @@ void keep_rows(Points& points, const std::vector<char>& keep)
 
 void choose_unit(const std::string& name, const ScanOptions& options, double extent, ScanPoints& scan)
 {
-    scan.unit_guessed = options.unit == "auto";
-    for (const auto& [unit, metres] : units) {
-        const bool fits = extent * metres >= min_extent && extent * metres <= max_extent;
-        if (scan.unit_guessed ? fits : options.unit == unit) {
-            scan.unit = unit;
-            scan.metres_per_unit = metres;
-        }
+    scan.unit_guessed = !options.unit;
+    std::optional<LengthUnit> found = options.unit;
+    for (const auto& [unit, unused] : enum_table<LengthUnit>) {
+        const double metres = extent * metres_of_unit(unit);
+        if (scan.unit_guessed && metres >= min_extent && metres <= max_extent) found = unit;
     }
-    require_input(!scan.unit.empty() || !scan.unit_guessed,
+    require_input(found.has_value(),
                   "{}: its largest extent, {:.4g}, is that of a standing adult ({} to {} m) in no unit known; give the "
                   "unit if the scan is right",
                   name, extent, min_extent, max_extent);
-    require_input(!scan.unit.empty(), "{}: unknown unit \"{}\"", name, options.unit);
+    scan.unit = *found;
+    scan.metres_per_unit = metres_of_unit(*found);
     const double metres = extent * scan.metres_per_unit;
     require_input(metres >= least_extent && metres <= greatest_extent,
-                  "{}: its largest extent is {:.4g} m in unit {}, which is no person", name, metres, scan.unit);
+                  "{}: its largest extent is {:.4g} m in unit {}, which is no person", name, metres,
+                  to_name(scan.unit));
 }
 
-std::vector<std::string> possible_up_axes(const Eigen::Vector3d& extents)
+std::vector<Axis> possible_up_axes(const Eigen::Vector3d& extents)
 {
-    const std::array<const char*, 3> names = {"x", "y", "z"};
     // Equal lengths: y before z before x, as files have it.
     std::vector<int> axes = {1, 2, 0};
     std::stable_sort(axes.begin(), axes.end(), [&](int a, int b) { return extents[a] > extents[b]; });
-    std::vector<std::string> result;
+    std::vector<Axis> result;
     for (const int axis : axes) {
         if (extents[axis] < min_up_share * extents.maxCoeff()) continue;
-        const std::string axis_name = names[static_cast<std::size_t>(axis)];
-        result.insert(result.end(), {axis_name, "-" + axis_name});
+        result.insert(result.end(), {axis_along(axis, false), axis_along(axis, true)});
     }
     return result;
 }
@@ -155,38 +152,28 @@ double median_spacing(const Points& points, const PointTree& tree)
 
 }  // namespace
 
-const std::vector<std::string>& scan_units()
+double metres_of_unit(LengthUnit unit)
 {
-    static const std::vector<std::string> names = [] {
-        std::vector<std::string> result;
-        for (const auto& unit : units) result.emplace_back(unit.first);
-        return result;
-    }();
-    return names;
+    return metres_per_unit[static_cast<std::size_t>(unit)];
 }
 
-double metres_of_unit(const std::string& unit)
+void describe(OptionList& list, ScanOptions& options)
 {
-    for (const auto& [name, metres] : units) {
-        if (unit == name) return metres;
-    }
-    throw InputError(fmt::format("unknown unit \"{}\"", unit));
+    list.add("unit", options.unit, "unit of the scans");
+    list.add("up", options.up, "axis of the scans that points up");
+    list.add("max-points", options.max_points, "scans with more points are thinned to about that many", 2000, 1000000);
 }
 
-Eigen::Matrix3d rotation_to_y_up(const std::string& up)
+Eigen::Matrix3d rotation_to_y_up(Axis up)
 {
-    const bool negative = up.size() == 2 && up[0] == '-';
-    const char axis = up.empty() ? '?' : up.back();
-    require_input((up.size() == 1 || negative) && axis >= 'x' && axis <= 'z', "\"{}\" is not an axis", up);
-    Eigen::Vector3d direction = Eigen::Vector3d::Zero();
-    direction[axis - 'x'] = negative ? -1.0 : 1.0;
-    if (axis == 'y' && negative) return about_x(EIGEN_PI);
-    return minimal_rotation(direction, Eigen::Vector3d::UnitY());
+    if (up == Axis::minus_y) return about_x(EIGEN_PI);
+    return minimal_rotation(unit_vector(up), Eigen::Vector3d::UnitY());
 }
 
 ScanPoints prepare_scan(const std::string& name, const Eigen::Ref<const Points>& vertices,
                         const Eigen::Ref<const Triangles>& triangles, const ScanOptions& options)
 {
+    check_options(options);
     ScanPoints scan;
     scan.points = vertices;
     scan.file_points = static_cast<std::size_t>(vertices.rows());
@@ -205,7 +192,7 @@ ScanPoints prepare_scan(const std::string& name, const Eigen::Ref<const Points>&
     const Eigen::Vector3d extents = robust_extents(scan.points);
     choose_unit(name, options, extents.maxCoeff(), scan);
     scan.points *= scan.metres_per_unit;
-    scan.up_axes = options.up == "auto" ? possible_up_axes(extents) : std::vector<std::string>{options.up};
+    scan.up_axes = options.up ? std::vector<Axis>{*options.up} : possible_up_axes(extents);
 
     if (scan.points.rows() > options.max_points) {
         thin_out(scan.points, scan.normals, options.max_points);

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "ndg/core/axis.h"
+#include "ndg/core/options.h"
 #include "ndg/core/types.h"
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,30 +18,32 @@ struct Scan {
     Points normals;       ///< N x 3 unit normals, outward; zero rows where unknown
 };
 
+enum class LengthUnit { metre, decimetre, centimetre, millimetre, inch, foot };
+template <>
+inline constexpr EnumName<LengthUnit> enum_table<LengthUnit>[] = {
+    {LengthUnit::metre, "m"},       {LengthUnit::decimetre, "dm"}, {LengthUnit::centimetre, "cm"},
+    {LengthUnit::millimetre, "mm"}, {LengthUnit::inch, "in"},      {LengthUnit::foot, "ft"}};
+double metres_of_unit(LengthUnit unit);
+
 /// How a scan file is to be understood.
 struct ScanOptions {
-    std::string unit = "auto";  ///< "auto" or one of scan_units()
-    std::string up = "auto";    ///< "auto", "x", "y", "z", "-x", "-y" or "-z"
-    int max_points = 60000;     ///< scans with more are thinned to about that many
+    std::optional<LengthUnit> unit;  ///< none: guessed
+    std::optional<Axis> up;          ///< of the file; none: found
+    int max_points = 60000;          ///< scans with more are thinned to about that many
 };
-
-/// "m", "dm", "cm", "mm", "in", "ft".
-const std::vector<std::string>& scan_units();
-
-/// Throws InputError for an unknown unit.
-double metres_of_unit(const std::string& unit);
+void describe(OptionList& list, ScanOptions& options);
 
 /// Points of a scan as they are registered: metres, but axes as in the file.
 struct ScanPoints {
-    Points points;         ///< N x 3
-    Points normals;        ///< N x 3 unit normals, outward
-    double spacing = 0.0;  ///< median distance of a point to its nearest neighbour, m
-    std::string unit;      ///< of the file
+    Points points;                        ///< N x 3
+    Points normals;                       ///< N x 3 unit normals, outward
+    double spacing = 0.0;                 ///< median distance of a point to its nearest neighbour, m
+    LengthUnit unit = LengthUnit::metre;  ///< of the file
     double metres_per_unit = 1.0;
     bool unit_guessed = false;
-    std::vector<std::string> up_axes;  ///< those that may be up, likeliest first; one where it was given
-    std::size_t file_points = 0;       ///< vertices in the file
-    bool is_cloud = false;             ///< the file has no triangles
+    std::vector<Axis> up_axes;    ///< those that may be up, likeliest first; one where it was given
+    std::size_t file_points = 0;  ///< vertices in the file
+    bool is_cloud = false;        ///< the file has no triangles
 };
 
 /// Reads OBJ, PLY, OFF, STL or GLB, mesh or point cloud. The unit is guessed from the largest extent, which for a
@@ -50,7 +55,7 @@ ScanPoints read_scan(const std::string& path, const ScanOptions& options);
 ScanPoints prepare_scan(const std::string& name, const Eigen::Ref<const Points>& vertices,
                         const Eigen::Ref<const Triangles>& triangles, const ScanOptions& options);
 
-/// Rotation that turns the axis `up` ("x"... "-z") of a file to +y.
-Eigen::Matrix3d rotation_to_y_up(const std::string& up);
+/// Rotation that turns the axis `up` of a file to +y.
+Eigen::Matrix3d rotation_to_y_up(Axis up);
 
 }  // namespace ndg

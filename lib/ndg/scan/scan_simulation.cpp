@@ -108,18 +108,20 @@ void shuffle(Points& vertices, Points& normals, Random& random)
 
 }  // namespace
 
-void ScanSimulationOptions::check() const
+void describe(OptionList& list, ScanSimulationOptions& options)
 {
-    require_input(points >= 2000 && points <= 5000000, "a scan of {} points, expected 2000 to 5000000", points);
-    require_input(noise >= 0 && noise <= 0.02, "scan noise of {} m, expected 0 to 0.02", noise);
-    require_input(pose_angle >= 0 && pose_angle <= 30, "a pose angle of {} degrees, expected 0 to 30", pose_angle);
-    require_input(hole_radius >= 0 && hole_radius <= 0.2, "a hole radius of {} m, expected 0 to 0.2", hole_radius);
+    list.add("points", options.points, "points of a scan, about", 2000, 5000000);
+    list.add("noise", options.noise, "standard deviation of the noise along the normal, m", 0, 0.02);
+    list.add("pose-angle", options.pose_angle, "shoulders, elbows, hips and knees turn by up to this, degrees", 0, 30);
+    list.add("hole-radius", options.hole_radius, "of the holes at armpits and crotch, m; 0: no holes at all", 0, 0.2);
+    list.add("cloud", options.cloud, "points without triangles");
+    list.add("place", options.place, "random heading and position");
 }
 
 SimulatedScan simulate_scan(const SkinnedSurface& skin, const ScanSimulationOptions& options, std::uint64_t seed,
                             int body_idx)
 {
-    options.check();
+    check_options(options);
     const auto index = static_cast<std::uint64_t>(body_idx);
     Random pose_random(seed, "scan pose", index), place_random(seed, "scan place", index);
     Random mesh_random(seed, "scan mesh", index), noise_random(seed, "scan noise", index);

@@ -17,10 +17,8 @@ struct ScanSimulationOptions {
     double hole_radius = 0.05;  ///< m, of the holes at armpits and crotch; 0: no holes there, on the head or the soles
     bool cloud = false;         ///< points without triangles
     bool place = true;          ///< random heading and position; else where the skin stands
-
-    /// Throws InputError for values outside their ranges.
-    void check() const;
 };
+void describe(OptionList& list, ScanSimulationOptions& options);
 
 struct SimulatedScan {
     Scan scan;

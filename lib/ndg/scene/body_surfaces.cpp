@@ -28,7 +28,7 @@ SceneSurface wrap_surface(const std::string& name, const Template& body_template
 }
 
 /// The anatomy parts of one kind as one surface with its own vertex numbering.
-SceneSurface gather_anatomy(const std::string& name, const std::string& kind, const Template& body_template,
+SceneSurface gather_anatomy(const std::string& name, AnatomyLayer kind, const Template& body_template,
                             const BodyGeometry& geometry)
 {
     SceneSurface surface;
@@ -123,8 +123,8 @@ SceneSurface bone_wrap_surface(const Template& body_template, const BodyGeometry
 
 std::vector<SceneSurface> anatomy_surfaces(const Template& body_template, const BodyGeometry& geometry)
 {
-    SceneSurface bones = gather_anatomy("bones", "bone", body_template, geometry);
-    SceneSurface muscles = gather_anatomy("muscles", "muscle", body_template, geometry);
+    SceneSurface bones = gather_anatomy("bones", AnatomyLayer::bone, body_template, geometry);
+    SceneSurface muscles = gather_anatomy("muscles", AnatomyLayer::muscle, body_template, geometry);
     bones.colour = bone_colour;
     muscles.colour = muscle_colour;
     muscles.gloss = 0.25f;

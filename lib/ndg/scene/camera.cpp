@@ -8,20 +8,6 @@
 
 namespace ndg {
 
-const std::vector<std::string>& view_names()
-{
-    static const std::vector<std::string> names = {"front", "back", "left", "right", "three-quarter"};
-    return names;
-}
-
-View parse_view(const std::string& name)
-{
-    const auto found = std::find(view_names().begin(), view_names().end(), name);
-    require_input(found != view_names().end(),
-                  "\"{}\" is not a view; there are front, back, left, right, three-quarter", name);
-    return View(found - view_names().begin());
-}
-
 Eigen::Vector3d view_direction(View view, double heading)
 {
     double azimuth = heading;  // about +y, from +z towards +x

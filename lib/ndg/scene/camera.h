@@ -1,18 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "ndg/core/enum_names.h"
 #include "ndg/core/types.h"
-
-#include <string>
-#include <vector>
 
 namespace ndg {
 
 /// Where the camera stands as seen from the body, which faces +z with its left side at +x.
 enum class View { front, back, left, right, three_quarter };
-/// "front", "back", "left", "right", "three-quarter"; throws InputError for anything else.
-View parse_view(const std::string& name);
-const std::vector<std::string>& view_names();
+template <>
+inline constexpr EnumName<View> enum_table<View>[] = {{View::front, "front"},
+                                                      {View::back, "back"},
+                                                      {View::left, "left"},
+                                                      {View::right, "right"},
+                                                      {View::three_quarter, "three-quarter"}};
 /// Unit vector from the subject towards the camera, a little raised so that the floor is seen. `heading`: angle in
 /// radians about +y by which the subject is turned away from +z.
 Eigen::Vector3d view_direction(View view, double heading = 0.0);

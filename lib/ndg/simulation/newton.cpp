@@ -33,13 +33,13 @@ double energy_rounding(double energy, const Objective& objective, const Points& 
 
 }  // namespace
 
-void NewtonOptions::check() const
+void describe(OptionList& list, NewtonOptions& options)
 {
-    require_input(relative_tolerance > 0 && relative_tolerance < 1,
-                  "relative-tolerance is {}, it must lie between 0 and 1", relative_tolerance);
-    require_input(std::isfinite(absolute_tolerance_newton) && absolute_tolerance_newton >= 0,
-                  "absolute-tolerance is {}, it must not be negative", absolute_tolerance_newton);
-    require_input(max_iterations > 0, "max-iterations is {}, it must be positive", max_iterations);
+    list.add("relative-tolerance", options.relative_tolerance, "converged at this share of forces out of balance",
+             1e-14, 0.1);
+    list.add("absolute-tolerance", options.absolute_tolerance_newton, "or at this norm of the forces out of balance, N",
+             0, 1);
+    list.add("max-iterations", options.max_iterations, "limit of Newton iterations a solve", 1, 10000);
 }
 
 std::string describe(NewtonStop stop)

@@ -2,6 +2,7 @@
 // Static equilibrium by Newton's method with a line search (Teran et al. 2005).
 #pragma once
 
+#include "ndg/core/options.h"
 #include "ndg/simulation/newton_direction.h"
 
 #include <functional>
@@ -17,10 +18,8 @@ struct NewtonOptions {
     /// Or when |g| is at most this, in newton: where there are hardly any forces at all, as at rest.
     double absolute_tolerance_newton = 1e-6;
     int max_iterations = 60;
-
-    /// Throws InputError naming the value out of range.
-    void check() const;
 };
+void describe(OptionList& list, NewtonOptions& options);
 
 enum class NewtonStop { converged, iteration_limit, no_descent, not_finite };
 /// The reason in words.

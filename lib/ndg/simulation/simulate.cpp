@@ -2,13 +2,11 @@
 #include "ndg/simulation/simulate.h"
 
 #include "ndg/core/error.h"
-#include "ndg/core/hash.h"
 #include "ndg/core/log.h"
 #include "ndg/core/stopwatch.h"
 #include "ndg/dataset/run_batch.h"
 #include "ndg/simulation/sample_part.h"
-
-#include <nlohmann/json.hpp>
+#include "ndg/simulation/simulation_key.h"
 
 #include <algorithm>
 #include <cmath>
@@ -114,36 +112,12 @@ void collect(const std::vector<SampleTask>& tasks, const PartStore& store, Defor
     writer.commit();
 }
 
-/// The tool's parameters but those that choose and judge samples: whatever else is configured may change them.
-std::string sample_config(const std::string& config_json)
-{
-    nlohmann::json config = nlohmann::json::parse(config_json);
-    for (nlohmann::json& section : config) {
-        if (!section.is_object()) continue;
-        for (const char* key : {"shard", "replay", "min_converged", "seed"}) section.erase(key);
-    }
-    return config.dump();
-}
-
 double mean(const std::vector<double>& values)
 {
     return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
 }
 
 }  // namespace
-
-std::string simulation_key(const SimulationOptions& options, const Provenance& provenance)
-{
-    const MaterialOptions& material = options.material;
-    const NewtonOptions& newton = options.newton;
-    std::string text = fmt::format("{} {}\n{} {} {} {} {} {} {}\n{} {} {} {}\n", project_version(), project_commit(),
-                                   material.energy, material.young_muscle_pascal, material.young_fat_pascal,
-                                   material.poisson_ratio, material.flesh_stiffness, material.stretch_stiffness,
-                                   material.bend_stiffness, newton.relative_tolerance, newton.absolute_tolerance_newton,
-                                   newton.max_iterations, options.load_steps);
-    for (const Provenance::Input& input : provenance.inputs) text += input.sha256 + "\n";
-    return sha256(text + sample_config(provenance.config_json));
-}
 
 std::string convergence_text(const SimulationOptions& options)
 {
@@ -156,7 +130,7 @@ DeformationSet simulate_samples(const Template& body_template, const BodySet& bo
                                 const std::string& output, const Provenance& provenance,
                                 const std::function<bool()>& stop, bool force)
 {
-    options.check();
+    check_options(options);
     for (const SampleTask& task : tasks) require_pair(task.pair, bodies.bodies.size(), poses.poses.size());
     const std::string key = simulation_key(options, provenance);
     const int num_vertices = body_template.num_volume_vertices();

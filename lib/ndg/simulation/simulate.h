@@ -14,8 +14,6 @@
 
 namespace ndg {
 
-/// SHA-256 over program version, options and input hashes: what a finished sample depends on besides its pair.
-std::string simulation_key(const SimulationOptions& options, const Provenance& provenance);
 /// When a sample counts as converged, in words.
 std::string convergence_text(const SimulationOptions& options);
 

@@ -14,11 +14,11 @@ constexpr double step_relative_tolerance = 1e-3;
 
 }  // namespace
 
-void SimulationOptions::check() const
+void describe(OptionList& list, SimulationOptions& options)
 {
-    material.check();
-    newton.check();
-    require_input(load_steps >= 0, "load-steps is {}, it must not be negative", load_steps);
+    describe(list, options.material);
+    describe(list, options.newton);
+    list.add("load-steps", options.load_steps, "steps from rest where the direct solve fails; 0: none", 0, 1000);
 }
 
 Pose scale_pose(const Pose& pose, double share)
@@ -34,7 +34,7 @@ Pose scale_pose(const Pose& pose, double share)
 
 Simulator::Simulator(const Template& body_template, const SimulationOptions& options)
     : poser_(body_template),
-      options_((options.check(), options)),
+      options_((check_options(options), options)),
       prisms_(body_template.prisms),
       elastic_(layered_body(body_template, options.material)),
       objective_(elastic_),

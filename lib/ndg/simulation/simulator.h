@@ -17,10 +17,8 @@ struct SimulationOptions {
     NewtonOptions newton;
     /// Steps from rest to the pose where the direct solve fails; 0: no such second attempt.
     int load_steps = 8;
-
-    /// Throws InputError naming the value out of range.
-    void check() const;
 };
+void describe(OptionList& list, SimulationOptions& options);
 
 struct SimulationResult {
     Points vertices;      ///< N_v x 3

@@ -42,7 +42,7 @@ PointSet gather(const std::vector<AnatomyMesh>& anatomy)
         const AnatomyMesh& part = anatomy[i];
         const auto rows = std::size_t(part.vertices.rows());
         set.part_of.insert(set.part_of.end(), rows, int(i));
-        set.is_bone.insert(set.is_bone.end(), rows, part.layer == "bone");
+        set.is_bone.insert(set.is_bone.end(), rows, part.layer == AnatomyLayer::bone);
         set.hollow.insert(set.hollow.end(), rows, part.joint != "head" && part.joint != "jaw");
     }
     return set;
@@ -216,12 +216,17 @@ void compress(PointSet& points, DepthTable& table)
 
 }  // namespace
 
+void describe(OptionList& list, CoverOptions& options)
+{
+    list.add("bone-cover", options.bone, "least depth of bones under the skin, m", 0.0001, 0.02);
+    list.add("muscle-cover", options.muscle, "least depth of muscles under the skin, m", 0.0001, 0.02);
+}
+
 CoverReport cover_with_skin(const Eigen::Ref<const Points>& skin_vertices,
                             const Eigen::Ref<const Triangles>& skin_triangles, std::vector<AnatomyMesh>& anatomy,
                             const CoverOptions& options)
 {
-    require_input(options.bone > 0.0 && options.muscle > 0.0,
-                  "the cover of bones and muscles, {} and {} m, is not positive", options.bone, options.muscle);
+    check_options(options);
     CoverReport report;
     if (anatomy.empty()) return report;
     const SkinDepth skin(skin_vertices, skin_triangles);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "ndg/body_source/template_source.h"
+#include "ndg/core/options.h"
 
 #include <string>
 #include <vector>
@@ -13,6 +14,7 @@ struct CoverOptions {
     double bone = 0.004;
     double muscle = 0.0025;
 };
+void describe(OptionList& list, CoverOptions& options);
 
 struct CoverReport {
     double min_bone_before = 0, min_muscle_before = 0;  ///< smallest depth under the skin, m; negative outside

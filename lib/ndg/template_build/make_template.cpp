@@ -23,7 +23,7 @@ TemplateSource checked_source(TemplateSource source)
 {
     const double given_stature = stature(source.surface.vertices);
     const Eigen::RowVector3d given_root = source.surface.joint_positions.row(0);
-    source.surface = checked_skin(source.surface, source.name);
+    source.surface = checked_skin(source.surface, to_name(source.kind));
     const double scale = stature(source.surface.vertices) / given_stature;
     const Eigen::RowVector3d shift = source.surface.joint_positions.row(0) - scale * given_root;
     if (std::abs(scale - 1.0) < 1e-9 && shift.isZero()) return source;
@@ -209,22 +209,24 @@ void embed_anatomy(const TemplateSource& source, const TriangleTree& tree, const
 
 }  // namespace
 
-void TemplateOptions::check() const
+void describe(OptionList& list, TemplateOptions& options)
 {
-    require_input(prisms >= 1000 && prisms <= 500000, "prisms is {}, allowed is 1000 to 500000", prisms);
-    require_input(keep_ratio > 0.0 && keep_ratio <= 1.0, "keep_ratio is {}, allowed is 0 to 1", keep_ratio);
-    require_input(move_limit >= 0.0 && move_limit <= 0.02, "move_limit is {} m, allowed is 0 to 0.02", move_limit);
+    list.add("prisms", options.prisms, "wanted number of prisms, reached within a few percent", 1000, 500000);
+    list.add("keep-ratio", options.keep_ratio, "share of triangles kept on head, hands and toes", 0.01, 1);
+    list.add("move-limit", options.move_limit, "m", 0, 0.02).no_flag();
+    describe(list, options.cover);
+    describe(list, options.wraps);
 }
 
 Template make_template(const TemplateSource& given, const TemplateOptions& options)
 {
-    options.check();
+    check_options(options);
     const TemplateSource source = checked_source(given);
     const ParametricSurface& surface = source.surface;
     Template result;
     result.skeleton = standard_skeleton();
     result.rest.name = "template";
-    result.source_name = source.name;
+    result.source_name = to_name(source.kind);
     result.rest.joint_positions = source.joint_positions;
 
     const SymmetricRemesher remesher(surface.vertices, surface.triangles, source.weights, surface.joint_positions);

@@ -14,10 +14,8 @@ struct TemplateOptions {
     double move_limit = 0.002;  ///< m; anatomy vertices this near to the volume are moved into it
     CoverOptions cover;
     AnatomyWrapOptions wraps;
-
-    /// Throws InputError for values outside their ranges.
-    void check() const;
 };
+void describe(OptionList& list, TemplateOptions& options);
 
 /// The layered template (NDG 3.1) of a source: its skin remeshed to the wanted resolution, anatomy brought under that
 /// skin, bone wrap and muscle wrap around it, prisms between them, tetrahedra inside, the anatomy embedded. Throws

@@ -97,7 +97,7 @@ void check_surfaces(const Template& body_template, TemplateCheck& check)
 }
 
 /// Whether volumetric vertices of the layer's parts lie inside a wrap closed over its cuts.
-Containment containment(const Template& body_template, const std::string& layer, int wrap)
+Containment containment(const Template& body_template, AnatomyLayer layer, int wrap)
 {
     const int n = body_template.num_wrap_vertices();
     const ClosedBoneWrap closed =
@@ -200,13 +200,14 @@ TemplateCheck check_template(const Template& original, const TemplateGates& gate
     check.tetrahedra = static_cast<int>(body_template.tetrahedra.rows());
     check.interior_vertices = static_cast<int>(body_template.rest.interior_vertices.rows());
     check.anatomy_vertices = static_cast<int>(body_template.anatomy_vertices.rows());
-    for (const AnatomyPart& part : body_template.anatomy_parts) ++(part.layer == "bone" ? check.bones : check.muscles);
+    for (const AnatomyPart& part : body_template.anatomy_parts)
+        ++(part.layer == AnatomyLayer::bone ? check.bones : check.muscles);
     check.landmarks = static_cast<int>(body_template.landmarks.size());
 
     check_jacobians(body_template, check);
     check_surfaces(body_template, check);
-    check.bones_inside = containment(body_template, "bone", 0);
-    check.muscles_inside = containment(body_template, "muscle", 1);
+    check.bones_inside = containment(body_template, AnatomyLayer::bone, 0);
+    check.muscles_inside = containment(body_template, AnatomyLayer::muscle, 1);
     check.coverage = coverage(body_template, gates.embedding_limit);
     check.weights = check_weights(body_template);
     check.joints_outside = joints_outside(body_template);

@@ -85,7 +85,7 @@ void add_surfaces(const Template& body_template, const Segmentation& segmentatio
 void add_bones(const Template& body_template, const Segmentation& segmentation, std::vector<SegmentMeasure>& segments)
 {
     for (const AnatomyPart& part : body_template.anatomy_parts) {
-        if (part.layer != "bone" || part.vertex_end == part.vertex_begin) continue;
+        if (part.layer != AnatomyLayer::bone || part.vertex_end == part.vertex_begin) continue;
         auto shares = segmentation.none();
         int embedded = 0;
         for (int v = part.vertex_begin; v < part.vertex_end; ++v) {

@@ -47,7 +47,7 @@ Contents contents(const WrapSkin& skin, const std::vector<AnatomyMesh>& anatomy,
     Contents result;
     std::vector<Eigen::RowVector3d> points;
     for (const AnatomyMesh& part : anatomy) {
-        if (part.layer != "bone" && !with_muscles) continue;
+        if (part.layer != AnatomyLayer::bone && !with_muscles) continue;
         std::vector<char> inside(static_cast<std::size_t>(part.vertices.rows()), 0);
 #pragma omp parallel for schedule(static)
         for (Eigen::Index v = 0; v < part.vertices.rows(); ++v) {
@@ -154,6 +154,14 @@ std::vector<std::pair<int, int>> intersections(const WrapSkin& skin, const WrapP
 }
 
 }  // namespace
+
+void describe(OptionList& list, AnatomyWrapOptions& options)
+{
+    list.add("min-scaled-jacobian", options.min_scaled_jacobian, "no prism flatter than this is wanted", 0.001, 0.5);
+    list.add("bone-margin", options.bone_margin, "m", 0, 0.02).no_flag();
+    list.add("muscle-margin", options.muscle_margin, "m", 0, 0.02).no_flag();
+    list.add("min-thickness", options.min_thickness, "m", 0.0001, 0.02).no_flag();
+}
 
 Wraps anatomy_wraps(const WrapSkin& skin, const std::vector<AnatomyMesh>& anatomy, const AnatomyWrapOptions& options)
 {

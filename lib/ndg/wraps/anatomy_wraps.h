@@ -2,6 +2,7 @@
 #pragma once
 
 #include "ndg/body_source/template_source.h"
+#include "ndg/core/options.h"
 #include "ndg/wraps/wrap_skin.h"
 
 #include <vector>
@@ -14,6 +15,7 @@ struct AnatomyWrapOptions {
     double muscle_margin = 0.0005;      ///< m between the muscles and the muscle wrap
     double min_thickness = 0.0008;      ///< m of either layer
 };
+void describe(OptionList& list, AnatomyWrapOptions& options);
 
 /// Bone wrap around all bones and muscle wrap around all muscles and bones of the volumetric region (NDG 3.1, Figure
 /// 2), in the tessellation of `skin` and inside each other: bones < bone wrap < muscle wrap < skin. `anatomy` lies

@@ -88,7 +88,7 @@ WrapEnvelopes wrap_envelopes(const WrapSkin& skin, const std::vector<AnatomyMesh
     std::vector<const TriangleMesh*> bones, trunk, all;
     for (const AnatomyMesh& part : anatomy) {
         all.push_back(&part);
-        if (part.layer != "bone") continue;
+        if (part.layer != AnatomyLayer::bone) continue;
         bones.push_back(&part);
         if (belongs_to_trunk(part, skin, trunk_weight)) trunk.push_back(&part);
     }
