@@ -3,11 +3,13 @@
 #include "ndg/body/sample_set.h"
 #include "ndg/core/error.h"
 #include "ndg/core/tool.h"
+#include "ndg/export/export_meshes.h"
+#include "ndg/scene/colour_map.h"
 #include "ndg/scene/contact_sheet.h"
-#include "ndg/scene/gltf.h"
 #include "ndg/scene/pictures.h"
 
 #include <algorithm>
+#include <filesystem>
 #include <iostream>
 #include <numeric>
 
@@ -49,16 +51,43 @@ BodyGeometry geometry_of(const Selection& selection, const BodyPoser& poser, con
     return posed_geometry(poser, body, pose, files[0].points(selection.sample_idx));
 }
 
-std::vector<Layer> scene_layers(const Template& body_template, const BodyGeometry& geometry)
+/// The surfaces of a body that are exported: all, or the one called `surface`.
+std::vector<Layer> exported_layers(const Template& body_template, const BodyGeometry& geometry,
+                                   const std::string& surface)
 {
     std::vector<Layer> layers = anatomy_layers(body_template, geometry);
     layers.push_back(bone_wrap_layer(body_template, geometry));
     layers.push_back(muscle_wrap_layer(body_template, geometry));
     layers.push_back(skin_layer(body_template, geometry));
-    // So that what lies inside shows through.
-    layers.back().opacity = 0.35f;
-    layers[layers.size() - 2].opacity = 0.5f;
-    return layers;
+    if (surface == "all") {
+        // So that what lies inside shows through.
+        layers.back().opacity = 0.35f;
+        layers[layers.size() - 2].opacity = 0.5f;
+        return layers;
+    }
+    const auto found =
+        std::find_if(layers.begin(), layers.end(), [&](const Layer& layer) { return layer.name == surface; });
+    require_input(found != layers.end(), "--surface {}: the template has none", surface);
+    return {*found};
+}
+
+std::string credits_of(const Provenance& provenance)
+{
+    std::string credits;
+    for (const Provenance::Input& file : provenance.inputs)
+        if (!file.licences.empty() && credits.find(file.licences) == std::string::npos)
+            credits += (credits.empty() ? "" : "; ") + file.licences;
+    return credits;
+}
+
+/// Change of volume below each vertex of the skin, N_s; 0 for head, hands and toes.
+Eigen::VectorXf skin_volume_change(const Template& body_template, const Body& body, const BodyGeometry& geometry)
+{
+    const Eigen::VectorXd change = volume_change(body.volume_vertices, geometry.volume_vertices, body_template.prisms,
+                                                 body_template.num_wrap_vertices());
+    Eigen::VectorXf values = Eigen::VectorXf::Zero(geometry.skin_vertices.rows());
+    for (int w = 0; w < change.size(); ++w) values[body_template.wrap_to_skin[w]] = float(change[w]);
+    return values;
 }
 
 /// The first `count` poses, in the order they were sampled: the most different ones.
@@ -78,12 +107,12 @@ int main(int argc, char** argv)
 {
     Tool tool("export-scene", "Renders pictures of bodies and samples, and writes them as glTF scenes",
               "export-scene --template template.h5 --bodies bodies.h5 --body 3 --picture layers.png "
-              "--picture-kind layers --glb body.glb");
-    std::string template_path, bodies_path, poses_path, glb_path, picture_path;
+              "--picture-kind layers --mesh body.glb");
+    std::string template_path, bodies_path, poses_path, mesh_path, picture_path;
     std::vector<std::string> deformation_paths;
     Selection asked;
-    std::string view = "front", kind = "body", split = "test", colour = "plain";
-    int count = 3;
+    std::string view = "front", kind = "body", split = "test", colour = "plain", surface = "all";
+    int count = 3, num_frames = 1;
     PictureSettings settings;
     ContactSheetSettings sheet;
     int height = 0;
@@ -91,11 +120,21 @@ int main(int argc, char** argv)
     tool.input("bodies", bodies_path, "Layered bodies");
     tool.input("poses", poses_path, "Poses, for --pose, --sample, frames and poses", false);
     tool.input("deformations", deformation_paths, "Samples or predictions; several for frames", false);
-    tool.output("glb", glb_path, "Binary glTF scene of the body with its layers", false);
+    std::string formats;
+    for (const ExportFormat& format : export_formats())
+        formats += fmt::format("{}{} ({})", formats.empty() ? "" : ", ", format.extension, format.summary);
+    tool.output("mesh", mesh_path, "The body with what lies inside, by extension " + formats, false);
     tool.output("picture", picture_path, "PNG picture", false);
     tool.parameter("body", asked.body_idx, "Body index", 0, 1 << 30);
     tool.parameter("pose", asked.pose_idx, "Pose index, moved by linear blend skinning; -1: at rest", -1, 1 << 30);
     tool.parameter("sample", asked.sample_idx, "Sample of the deformation file; -1: none", -1, 1 << 30);
+    tool.parameter(
+        "frames", num_frames,
+        "Poses or samples from --pose or --sample on that --mesh holds; where each is a file, its name holds "
+        "the place of the number, out_{:04}.ply",
+        1, 1 << 30);
+    tool.parameter("surface", surface, "What --mesh holds",
+                   {"all", "skin", "muscle_wrap", "bone_wrap", "bones", "muscles"});
     tool.parameter("picture-kind", kind, "What the picture shows",
                    {"body", "layers", "cut", "frames", "bodies", "poses"});
     tool.parameter("view", view, "Where the camera stands", view_names());
@@ -107,7 +146,11 @@ int main(int argc, char** argv)
     tool.parameter("supersampling", settings.samples_per_axis, "Rays along each side of a pixel", 1, 8);
 
     return tool.run(argc, argv, [&] {
-        require_input(!glb_path.empty() || !picture_path.empty(), "Give --picture, --glb or both");
+        require_input(!mesh_path.empty() || !picture_path.empty(), "Give --picture, --mesh or both");
+        if (!mesh_path.empty())
+            for (const std::string& file : exported_files(mesh_path, num_frames))
+                require_input(tool.force() || !std::filesystem::exists(file),
+                              "--mesh: {} exists already, give --force to overwrite it", file);
         settings.view = sheet.view = parse_view(view);
         sheet.samples_per_axis = settings.samples_per_axis;
         if (height > 0) settings.height = sheet.cell_height = height;
@@ -121,25 +164,52 @@ int main(int argc, char** argv)
             files.push_back(open_deformations(path, body_template.num_volume_vertices()));
         const BodyPoser poser(body_template);
 
-        if (!glb_path.empty() || kind == "body" || kind == "layers" || kind == "cut") {
+        if (!mesh_path.empty()) {
+            require_input(num_frames == 1 || asked.pose_idx >= 0 || asked.sample_idx >= 0,
+                          "--frames {} needs --pose or --sample to start from", num_frames);
+            const auto selected = [&](int frame_idx) {
+                Selection selection = asked;
+                (asked.sample_idx >= 0 ? selection.sample_idx : selection.pose_idx) += frame_idx;
+                return select(selection, files, bodies, poses);
+            };
+            selected(num_frames - 1);  // before anything is written
+            const Selection first = selected(0);
+            MeshSequence sequence;
+            for (const Layer& layer :
+                 exported_layers(body_template, geometry_of(first, poser, bodies, poses, files), surface))
+                sequence.meshes.push_back(
+                    {layer.name, layer.triangles, layer.colour, layer.opacity, layer.gloss, layer.two_sided});
+            sequence.num_frames = num_frames;
+            if (first.pose_idx >= 0) sequence.frame_rate = poses.clip_frame_rates[poses.clip_idx[first.pose_idx]];
+            sequence.credits = credits_of(tool.provenance());
+            sequence.frame = [&](int frame_idx) {
+                const Selection selection = selected(frame_idx);
+                const Body& body = bodies.bodies[selection.body_idx];
+                const BodyGeometry geometry = geometry_of(selection, poser, bodies, poses, files);
+                std::vector<MeshFrame> frames;
+                for (const Layer& layer : exported_layers(body_template, geometry, surface)) {
+                    MeshFrame& frame = frames.emplace_back();
+                    frame.vertices = layer.vertices;
+                    if (!settings.volume_colours || layer.name != "skin") continue;
+                    frame.colours =
+                        volume_change_layer(body_template, body, geometry, settings.colour_range).vertex_colours;
+                    frame.scalars["volume_change"] = skin_volume_change(body_template, body, geometry);
+                }
+                return frames;
+            };
+            export_meshes(mesh_path, sequence);
+            std::cout << mesh_path << "\n";
+        }
+        if (picture_path.empty()) return;
+        if (kind == "body" || kind == "layers" || kind == "cut") {
             const Selection selection = select(asked, files, bodies, poses);
             const Body& body = bodies.bodies[std::size_t(selection.body_idx)];
             const BodyGeometry geometry = geometry_of(selection, poser, bodies, poses, files);
-            if (!glb_path.empty()) {
-                std::string credits;
-                for (const Provenance::Input& file : tool.provenance().inputs)
-                    if (!file.licences.empty() && credits.find(file.licences) == std::string::npos)
-                        credits += (credits.empty() ? "" : "; ") + file.licences;
-                write_glb(glb_path, scene_layers(body_template, geometry), credits);
-                std::cout << glb_path << "\n";
-            }
-            if (picture_path.empty()) return;
             require_input(kind != "cut" || selection.pose_idx < 0, "Sections are of a body at rest; leave out --pose");
             if (kind == "body") write_png(picture_path, body_picture(body_template, body, geometry, settings));
             if (kind == "layers") write_png(picture_path, layers_picture(body_template, geometry, settings));
             if (kind == "cut") write_png(picture_path, sections_picture(body_template, body, settings));
         }
-        if (picture_path.empty()) return;
         if (kind == "frames")
             write_png(picture_path, frames_picture(poser, bodies, poses, files, split, count, settings));
         if (kind == "bodies") write_png(picture_path, bodies_picture(body_template, bodies, count, settings));

@@ -6,7 +6,7 @@ import re
 import sys
 
 source = sys.argv[1]
-layers = ["core", "io", "solver", "geometry", "body", "registration", "body_source", "body_build", "motion", "deform", "fem", "neural", "evaluate", "scene"]
+layers = ["core", "io", "solver", "geometry", "body", "registration", "body_source", "body_build", "motion", "deform", "fem", "neural", "evaluate", "scene", "export"]
 # Headers that only sources of their own module include.
 internal = {"lib/ndg/io/h5_handles.h"} | {f"lib/ndg/neural/{n}.h" for n in (
     "adamw", "checkpoint", "matrix_exponential", "model_state", "output_basis", "torch_network", "training_set")}

@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ndg/body/sample_set.h"
 #include "ndg/core/error.h"
-#include "ndg/core/file.h"
 #include "ndg/io/h5.h"
 #include "ndg/io/h5_virtual.h"
 
 #include <sys/resource.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -193,19 +191,11 @@ void write_deformations(const std::string& path, const DeformationSet& set, cons
 void link_deformations(const std::string& path, const DeformationSet& set, const Provenance& provenance,
                        const std::vector<VirtualSource>& sources)
 {
-    const std::string whole_path = temporary_name(path);
-    try {
-        H5Writer writer(whole_path, format, format_version, provenance);
-        put_lists(writer, path, set);
-        writer.commit();
-        add_virtual_dataset(whole_path, vertices_name,
-                            {set.pairs.size(), static_cast<std::size_t>(set.num_volume_vertices), 3}, sources,
-                            vertices_description);
-        replace_file(whole_path, path);
-    } catch (...) {
-        ::unlink(whole_path.c_str());
-        throw;
-    }
+    H5Writer writer(path, format, format_version, provenance);
+    put_lists(writer, path, set);
+    writer.link(vertices_name, {set.pairs.size(), static_cast<std::size_t>(set.num_volume_vertices), 3}, sources,
+                vertices_description);
+    writer.commit();
 }
 
 DeformationSet open_deformations(const std::string& path, int num_volume_vertices)
