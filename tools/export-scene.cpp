@@ -22,33 +22,40 @@ struct Selection {
     int body_idx = 0, pose_idx = -1, sample_idx = -1;
 };
 
-Selection select(const Selection& asked, const std::vector<DeformationSet>& files, const BodySet& bodies,
-                 const PoseSet& poses)
+/// What is chosen from.
+struct Inputs {
+    const BodyPoser& poser;
+    const BodySet& bodies;
+    const PoseSet& poses;
+    const std::vector<DeformationSet>& files;
+};
+
+Selection select(const Selection& asked, const Inputs& inputs)
 {
     Selection selection = asked;
     if (asked.sample_idx >= 0) {
-        require_input(files.size() == 1, "--sample {} needs exactly one --deformations file, not {}", asked.sample_idx,
-                      files.size());
-        require_input(asked.sample_idx < files[0].size(), "--sample {} lies outside the {} samples of the {} file",
-                      asked.sample_idx, files[0].size(), files[0].method);
-        selection.body_idx = files[0].pairs[std::size_t(asked.sample_idx)].body_idx;
-        selection.pose_idx = files[0].pairs[std::size_t(asked.sample_idx)].pose_idx;
+        require_input(inputs.files.size() == 1, "--sample {} needs exactly one --deformations file, not {}",
+                      asked.sample_idx, inputs.files.size());
+        const DeformationSet& file = inputs.files[0];
+        require_input(asked.sample_idx < file.size(), "--sample {} lies outside the {} samples of the {} file",
+                      asked.sample_idx, file.size(), file.method);
+        selection.body_idx = file.pairs[asked.sample_idx].body_idx;
+        selection.pose_idx = file.pairs[asked.sample_idx].pose_idx;
     }
-    require_input(selection.body_idx >= 0 && selection.body_idx < int(bodies.bodies.size()),
-                  "Body {} lies outside the {} bodies", selection.body_idx, bodies.bodies.size());
-    require_input(selection.pose_idx < poses.size(), "Pose {} lies outside the {} poses of --poses", selection.pose_idx,
-                  poses.size());
+    require_input(selection.body_idx >= 0 && selection.body_idx < int(inputs.bodies.bodies.size()),
+                  "Body {} lies outside the {} bodies", selection.body_idx, inputs.bodies.bodies.size());
+    require_input(selection.pose_idx < inputs.poses.size(), "Pose {} lies outside the {} poses of --poses",
+                  selection.pose_idx, inputs.poses.size());
     return selection;
 }
 
-BodyGeometry geometry_of(const Selection& selection, const BodyPoser& poser, const BodySet& bodies,
-                         const PoseSet& poses, const std::vector<DeformationSet>& files)
+BodyGeometry geometry_of(const Selection& selection, const Inputs& inputs)
 {
-    const Body& body = bodies.bodies[std::size_t(selection.body_idx)];
-    if (selection.pose_idx < 0) return rest_geometry(poser.body_template(), body);
-    const Pose& pose = poses.poses[std::size_t(selection.pose_idx)];
-    if (selection.sample_idx < 0) return skinned_geometry(poser, body, pose);
-    return posed_geometry(poser, body, pose, files[0].points(selection.sample_idx));
+    const Body& body = inputs.bodies.bodies[selection.body_idx];
+    if (selection.pose_idx < 0) return rest_geometry(inputs.poser.body_template(), body);
+    const Pose& pose = inputs.poses.poses[selection.pose_idx];
+    if (selection.sample_idx < 0) return skinned_geometry(inputs.poser, body, pose);
+    return posed_geometry(inputs.poser, body, pose, inputs.files[0].points(selection.sample_idx));
 }
 
 /// The surfaces of a body that are exported: all, or the one called `surface`.
@@ -90,6 +97,43 @@ Eigen::VectorXf skin_volume_change(const Template& body_template, const Body& bo
     return values;
 }
 
+/// `num_frames` poses or samples from `asked` on. Keeps references to `settings` and `inputs`.
+MeshSequence mesh_sequence(const Selection& asked, int num_frames, const std::string& surface,
+                           const PictureSettings& settings, const Inputs& inputs)
+{
+    require_input(num_frames == 1 || asked.pose_idx >= 0 || asked.sample_idx >= 0,
+                  "--frames {} needs --pose or --sample to start from", num_frames);
+    const auto selected = [asked, &inputs](int frame_idx) {
+        Selection selection = asked;
+        (asked.sample_idx >= 0 ? selection.sample_idx : selection.pose_idx) += frame_idx;
+        return select(selection, inputs);
+    };
+    selected(num_frames - 1);  // out of range is found before anything is written
+    const Template& body_template = inputs.poser.body_template();
+    const Selection first = selected(0);
+    MeshSequence sequence;
+    for (const Layer& layer : exported_layers(body_template, geometry_of(first, inputs), surface))
+        sequence.meshes.push_back(
+            {layer.name, layer.triangles, layer.colour, layer.opacity, layer.gloss, layer.two_sided});
+    sequence.num_frames = num_frames;
+    if (first.pose_idx >= 0) sequence.frame_rate = inputs.poses.clip_frame_rates[inputs.poses.clip_idx[first.pose_idx]];
+    sequence.frame = [selected, surface, &settings, &inputs, &body_template](int frame_idx) {
+        const Selection selection = selected(frame_idx);
+        const Body& body = inputs.bodies.bodies[selection.body_idx];
+        const BodyGeometry geometry = geometry_of(selection, inputs);
+        std::vector<MeshFrame> frames;
+        for (const Layer& layer : exported_layers(body_template, geometry, surface)) {
+            MeshFrame& frame = frames.emplace_back();
+            frame.vertices = layer.vertices;
+            if (!settings.volume_colours || layer.name != "skin") continue;
+            frame.colours = volume_change_layer(body_template, body, geometry, settings.colour_range).vertex_colours;
+            frame.scalars["volume_change"] = skin_volume_change(body_template, body, geometry);
+        }
+        return frames;
+    };
+    return sequence;
+}
+
 /// The first `count` poses, in the order they were sampled: the most different ones.
 Image poses_picture(const BodyPoser& poser, const BodySet& bodies, int body_idx, const PoseSet& poses, int count,
                     const ContactSheetSettings& settings)
@@ -105,7 +149,7 @@ Image poses_picture(const BodyPoser& poser, const BodySet& bodies, int body_idx,
 
 int main(int argc, char** argv)
 {
-    Tool tool("export-scene", "Renders pictures of bodies and samples, and writes them as glTF scenes",
+    Tool tool("export-scene", "Renders pictures of bodies and samples, and writes them as meshes for other programs",
               "export-scene --template template.h5 --bodies bodies.h5 --body 3 --picture layers.png "
               "--picture-kind layers --mesh body.glb");
     std::string template_path, bodies_path, poses_path, mesh_path, picture_path;
@@ -132,7 +176,7 @@ int main(int argc, char** argv)
         "frames", num_frames,
         "Poses or samples from --pose or --sample on that --mesh holds; where each is a file, its name holds "
         "the place of the number, out_{:04}.ply",
-        1, 1 << 30);
+        1, 1000000);
     tool.parameter("surface", surface, "What --mesh holds",
                    {"all", "skin", "muscle_wrap", "bone_wrap", "bones", "muscles"});
     tool.parameter("picture-kind", kind, "What the picture shows",
@@ -163,48 +207,18 @@ int main(int argc, char** argv)
         for (const std::string& path : deformation_paths)
             files.push_back(open_deformations(path, body_template.num_volume_vertices()));
         const BodyPoser poser(body_template);
-
+        const Inputs inputs{poser, bodies, poses, files};
         if (!mesh_path.empty()) {
-            require_input(num_frames == 1 || asked.pose_idx >= 0 || asked.sample_idx >= 0,
-                          "--frames {} needs --pose or --sample to start from", num_frames);
-            const auto selected = [&](int frame_idx) {
-                Selection selection = asked;
-                (asked.sample_idx >= 0 ? selection.sample_idx : selection.pose_idx) += frame_idx;
-                return select(selection, files, bodies, poses);
-            };
-            selected(num_frames - 1);  // before anything is written
-            const Selection first = selected(0);
-            MeshSequence sequence;
-            for (const Layer& layer :
-                 exported_layers(body_template, geometry_of(first, poser, bodies, poses, files), surface))
-                sequence.meshes.push_back(
-                    {layer.name, layer.triangles, layer.colour, layer.opacity, layer.gloss, layer.two_sided});
-            sequence.num_frames = num_frames;
-            if (first.pose_idx >= 0) sequence.frame_rate = poses.clip_frame_rates[poses.clip_idx[first.pose_idx]];
+            MeshSequence sequence = mesh_sequence(asked, num_frames, surface, settings, inputs);
             sequence.credits = credits_of(tool.provenance());
-            sequence.frame = [&](int frame_idx) {
-                const Selection selection = selected(frame_idx);
-                const Body& body = bodies.bodies[selection.body_idx];
-                const BodyGeometry geometry = geometry_of(selection, poser, bodies, poses, files);
-                std::vector<MeshFrame> frames;
-                for (const Layer& layer : exported_layers(body_template, geometry, surface)) {
-                    MeshFrame& frame = frames.emplace_back();
-                    frame.vertices = layer.vertices;
-                    if (!settings.volume_colours || layer.name != "skin") continue;
-                    frame.colours =
-                        volume_change_layer(body_template, body, geometry, settings.colour_range).vertex_colours;
-                    frame.scalars["volume_change"] = skin_volume_change(body_template, body, geometry);
-                }
-                return frames;
-            };
             export_meshes(mesh_path, sequence);
             std::cout << mesh_path << "\n";
         }
         if (picture_path.empty()) return;
         if (kind == "body" || kind == "layers" || kind == "cut") {
-            const Selection selection = select(asked, files, bodies, poses);
+            const Selection selection = select(asked, inputs);
             const Body& body = bodies.bodies[std::size_t(selection.body_idx)];
-            const BodyGeometry geometry = geometry_of(selection, poser, bodies, poses, files);
+            const BodyGeometry geometry = geometry_of(selection, inputs);
             require_input(kind != "cut" || selection.pose_idx < 0, "Sections are of a body at rest; leave out --pose");
             if (kind == "body") write_png(picture_path, body_picture(body_template, body, geometry, settings));
             if (kind == "layers") write_png(picture_path, layers_picture(body_template, geometry, settings));

@@ -48,7 +48,7 @@ TEST_CASE("A sequence becomes numbered files, each with its own frame")
         for (int i = 0; i < 3; ++i) {
             const MeshFile mesh = read_mesh(folder.file("out_000" + std::to_string(i) + format.extension));
             CHECK(mesh.vertices.col(1).maxCoeff() == 1.0 + i);
-            CHECK(mesh.triangles.rows() == 9);
+            CHECK(mesh.triangles.rows() == 10);
         }
     }
     CHECK(exported_files("a_{}.obj", 2) == std::vector<std::string>{"a_0.obj", "a_1.obj"});
@@ -63,9 +63,9 @@ TEST_CASE("Meshes are merged with their groups, colours, scalars and credits")
     const TemporaryFolder folder;
     export_meshes(folder.file("x.obj"), body_like());
     const MeshFile obj = read_mesh(folder.file("x.obj"));
-    CHECK(obj.vertices.rows() == 11);
-    CHECK(obj.triangle_groups ==
-          std::vector<std::string>{"skin", "skin", "skin", "skin", "bones", "bones", "bones", "bones", "muscle_wrap"});
+    CHECK(obj.vertices.rows() == 12);
+    CHECK(obj.triangle_groups == std::vector<std::string>{"skin", "skin", "skin", "skin", "bones", "bones", "bones",
+                                                          "bones", "muscle_wrap", "muscle_wrap"});
     CHECK(obj.triangles.row(8) == Eigen::RowVector3i(8, 10, 9));
     CHECK(read_file(folder.file("x.obj")).rfind("# CC0 1.0\n", 0) == 0);
 
@@ -73,7 +73,7 @@ TEST_CASE("Meshes are merged with their groups, colours, scalars and credits")
     const std::string ply = read_file(folder.file("x.ply"));
     CHECK_THAT(ply, Catch::Contains("comment CC0 1.0\n") &&
                         Catch::Contains("property uchar red\nproperty uchar green\nproperty uchar blue\n"
-                                        "property float depth\nelement face 9\n"));
+                                        "property float depth\nelement face 10\n"));
     const std::size_t body = ply.find("end_header\n") + 11, bytes = 3 * 4 + 3 + 4;
     const auto vertex = [&](std::size_t i) { return ply.substr(body + i * bytes, bytes); };
     CHECK(vertex(4).substr(12, 3) == "\xff\x99\x33");  // the colour of the bones
@@ -91,20 +91,20 @@ TEST_CASE("A point cache holds the vertices of all frames in the order of the me
     const std::string path = folder.file("x.pc2");
     export_meshes(path, body_like(5));
     const std::string bytes = read_file(path);
-    REQUIRE(bytes.size() == 32 + 5 * 11 * 12);
+    REQUIRE(bytes.size() == 32 + 5 * 12 * 12);
     CHECK(bytes.substr(0, 12) == std::string("POINTCACHE2\0", 12));
     std::int32_t version = 0, num_points = 0, num_samples = 0;
     std::memcpy(&version, &bytes[12], 4);
     std::memcpy(&num_points, &bytes[16], 4);
     std::memcpy(&num_samples, &bytes[28], 4);
     CHECK(version == 1);
-    CHECK(num_points == 11);
+    CHECK(num_points == 12);
     CHECK(num_samples == 5);
-    Eigen::Matrix<float, 11, 3, Eigen::RowMajor> last;
-    std::memcpy(last.data(), &bytes[32 + 4 * 11 * 12], sizeof last);
+    Eigen::Matrix<float, 12, 3, Eigen::RowMajor> last;
+    std::memcpy(last.data(), &bytes[32 + 4 * 12 * 12], sizeof last);
     const std::vector<MeshFrame> frames = body_like().frame(4);
     CHECK(last.topRows(4).cast<double>() == frames[0].vertices);
-    CHECK(last.bottomRows(3).cast<double>() == frames[2].vertices);
+    CHECK(last.bottomRows(4).cast<double>() == frames[2].vertices);
 }
 
 TEST_CASE("Frames are asked for in order, each once; a failure half-way leaves no half file")
@@ -155,7 +155,7 @@ TEST_CASE("Malformed sequences are refused")
     refused([](MeshSequence& s) { s.meshes[1].triangles(0, 0) = -1; }, "bones has no or negative triangles");
     refused(spoiled([](MeshFrames& f, int) { f.pop_back(); }), "frame 0 has 2 meshes instead of 3");
     refused(spoiled([](MeshFrames& f, int) { f[0].vertices.conservativeResize(3, 3); }), "skin has a triangle index");
-    refused(spoiled([](MeshFrames& f, int) { f[2].colours.conservativeResize(2, 3); }), "2 colours for 3 vertices");
+    refused(spoiled([](MeshFrames& f, int) { f[2].colours.conservativeResize(2, 3); }), "2 colours for 4 vertices");
     refused(spoiled([](MeshFrames& f, int) { f[2].scalars["depth"].resize(2); }), "depth of muscle_wrap is not one");
     refused(spoiled([](MeshFrames& f, int i) { f[0].vertices.conservativeResizeLike(Points::Zero(4 + i, 3)); }),
             "skin has 5 vertices in frame 1 instead of 4");
