@@ -90,6 +90,7 @@ Page read_page()
         INFO(line);
         REQUIRE(!formats.empty());
         REQUIRE(cells.size() == 4);
+        cells[1].erase(std::remove(cells[1].begin(), cells[1].end(), '`'), cells[1].end());
         const std::vector<std::string> shapes = parts_of(cells[1], ','), types = parts_of(cells[2], ',');
         for (std::size_t k = 0; k < names.size(); ++k)
             for (const std::string& format : formats) {

@@ -17,7 +17,7 @@
 namespace ndg {
 namespace {
 
-using FloatRows = VertexColours;
+using FloatRows = Eigen::Matrix<float, Eigen::Dynamic, 3, Eigen::RowMajor>;
 
 /// Appends raw data to the one buffer and describes it; returns the accessor's index.
 int add_accessor(tinygltf::Model& model, const void* data, std::size_t bytes, int target, int component_type, int type,
