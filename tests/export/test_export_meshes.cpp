@@ -17,31 +17,30 @@ using namespace ndg;
 using ndg::test::body_like;
 using ndg::test::TemporaryFolder;
 
-TEST_CASE("Every format of the table writes one frame under the name it is given, and nothing else")
+TEST_CASE("Every format of the table writes one frame under the name it is given, and nothing temporary stays")
 {
     const TemporaryFolder folder;
     for (const ExportFormat& format : export_formats()) {
         INFO(format.extension);
         CHECK(&export_format("some/where" + format.extension) == &format);
         CHECK_FALSE(format.summary.empty());
+        CHECK_THROWS_WITH(export_format("x.fbx"), Catch::Contains("'.fbx'") && Catch::Contains(format.extension));
         const std::string path = folder.file("X" + format.extension);
         export_meshes(path, body_like());
         CHECK(std::filesystem::file_size(path) > 0);
         CHECK(exported_files(path, 1) == std::vector<std::string>{path});
-        std::filesystem::remove(path);
-        CHECK(std::filesystem::is_empty(folder.path()));
     }
+    for (const auto& entry : std::filesystem::directory_iterator(folder.path()))
+        CHECK(entry.path().extension() != ".tmp");
     CHECK(export_format("A.GLB").extension == ".glb");
     CHECK_THROWS_AS(export_meshes(folder.file("x.fbx"), body_like()), InputError);
-    CHECK_THROWS_WITH(export_format("x.fbx"),
-                      "x.fbx: meshes cannot be written as '.fbx'; known are .glb, .obj, .off, .pc2, .ply, .stl");
 }
 
 TEST_CASE("A sequence becomes numbered files, each with its own frame")
 {
     const TemporaryFolder folder;
     for (const ExportFormat& format : export_formats()) {
-        if (format.frames == Frames::one_file) continue;
+        if (format.frames == Frames::one_file || !is_mesh_name("x" + format.extension)) continue;
         INFO(format.extension);
         export_meshes(folder.file("out_{:04}" + format.extension), body_like(3));
         CHECK_FALSE(std::filesystem::exists(folder.file("out_0003" + format.extension)));
@@ -52,6 +51,7 @@ TEST_CASE("A sequence becomes numbered files, each with its own frame")
         }
     }
     CHECK(exported_files("a_{}.obj", 2) == std::vector<std::string>{"a_0.obj", "a_1.obj"});
+    CHECK(exported_files("a.pc2", 2) == std::vector<std::string>{"a.pc2"});
     CHECK_THROWS_WITH(exported_files("a.obj", 2),
                       "a.obj: 2 frames need the place of their number in the name, like {:04}");
     for (const std::string name : {"a_{.obj", "a_{}_{}.obj", "a_{x}.obj"})
