@@ -41,7 +41,7 @@ $(REPORT)/frames.png: $(BODY_DEPS) $(OUT)/fem.h5 $(PREDICTIONS)
 	    --picture-kind frames --colour volume --picture $@
 
 $(REPORT)/posed.glb: $(BODY_DEPS) $(OUT)/ndg.h5
-	$(STAGE) scene-glb $(BIN)/export-scene $(RUN) $(BODY_FILES) --deformations $(OUT)/ndg.h5 --sample 0 --glb $@
+	$(STAGE) scene-glb $(BIN)/export-scene $(RUN) $(BODY_FILES) --deformations $(OUT)/ndg.h5 --sample 0 --mesh $@
 
 PICTURES = $(addprefix $(REPORT)/,layers.png cut.png bodies.png frames.png posed.glb)
 

@@ -3,11 +3,13 @@
 #include "ndg/core/error.h"
 #include "ndg/core/tool.h"
 #include "ndg/dataset/deformation_file.h"
+#include "ndg/export/export_meshes.h"
+#include "ndg/scene/colour_map.h"
 #include "ndg/scene/contact_sheet.h"
-#include "ndg/scene/gltf.h"
 #include "ndg/scene/pictures.h"
 
 #include <algorithm>
+#include <filesystem>
 #include <iostream>
 #include <numeric>
 
@@ -20,45 +22,116 @@ struct Selection {
     int body_idx = 0, pose_idx = -1, sample_idx = -1;
 };
 
-Selection select(const Selection& asked, const std::vector<DeformationSet>& files, const BodySet& bodies,
-                 const PoseSet& poses)
+/// What is chosen from.
+struct Inputs {
+    const BodyPoser& poser;
+    const BodySet& bodies;
+    const PoseSet& poses;
+    const std::vector<DeformationSet>& files;
+};
+
+Selection select(const Selection& asked, const Inputs& inputs)
 {
     Selection selection = asked;
     if (asked.sample_idx >= 0) {
-        require_input(files.size() == 1, "--sample {} needs exactly one --deformations file, not {}", asked.sample_idx,
-                      files.size());
-        require_input(asked.sample_idx < files[0].size(), "--sample {} lies outside the {} samples of the {} file",
-                      asked.sample_idx, files[0].size(), files[0].method);
-        selection.body_idx = files[0].pairs[std::size_t(asked.sample_idx)].body_idx;
-        selection.pose_idx = files[0].pairs[std::size_t(asked.sample_idx)].pose_idx;
+        require_input(inputs.files.size() == 1, "--sample {} needs exactly one --deformations file, not {}",
+                      asked.sample_idx, inputs.files.size());
+        const DeformationSet& file = inputs.files[0];
+        require_input(asked.sample_idx < file.size(), "--sample {} lies outside the {} samples of the {} file",
+                      asked.sample_idx, file.size(), file.method);
+        selection.body_idx = file.pairs[asked.sample_idx].body_idx;
+        selection.pose_idx = file.pairs[asked.sample_idx].pose_idx;
     }
-    require_input(selection.body_idx >= 0 && selection.body_idx < int(bodies.bodies.size()),
-                  "Body {} lies outside the {} bodies", selection.body_idx, bodies.bodies.size());
-    require_input(selection.pose_idx < poses.size(), "Pose {} lies outside the {} poses of --poses", selection.pose_idx,
-                  poses.size());
+    require_input(selection.body_idx >= 0 && selection.body_idx < int(inputs.bodies.bodies.size()),
+                  "Body {} lies outside the {} bodies", selection.body_idx, inputs.bodies.bodies.size());
+    require_input(selection.pose_idx < inputs.poses.size(), "Pose {} lies outside the {} poses of --poses",
+                  selection.pose_idx, inputs.poses.size());
     return selection;
 }
 
-BodyGeometry geometry_of(const Selection& selection, const BodyPoser& poser, const BodySet& bodies,
-                         const PoseSet& poses, const std::vector<DeformationSet>& files)
+BodyGeometry geometry_of(const Selection& selection, const Inputs& inputs)
 {
-    const Body& body = bodies.bodies[std::size_t(selection.body_idx)];
-    if (selection.pose_idx < 0) return rest_geometry(poser.body_template(), body);
-    const PosedBody posed = poser.pose(body, poses.poses[selection.pose_idx]);
+    const Body& body = inputs.bodies.bodies[selection.body_idx];
+    if (selection.pose_idx < 0) return rest_geometry(inputs.poser.body_template(), body);
+    const PosedBody posed = inputs.poser.pose(body, inputs.poses.poses[selection.pose_idx]);
     if (selection.sample_idx < 0) return skinned_geometry(posed);
-    return posed_geometry(posed, files[0].points(selection.sample_idx));
+    return posed_geometry(posed, inputs.files[0].points(selection.sample_idx));
 }
 
-std::vector<SceneSurface> scene_surfaces(const Template& body_template, const BodyGeometry& geometry)
+/// The surfaces of a body that are exported: all, or the one called `surface`.
+std::vector<SceneSurface> exported_surfaces(const Template& body_template, const BodyGeometry& geometry,
+                                   const std::string& surface)
 {
     std::vector<SceneSurface> surfaces = anatomy_surfaces(body_template, geometry);
     surfaces.push_back(bone_wrap_surface(body_template, geometry));
     surfaces.push_back(muscle_wrap_surface(body_template, geometry));
     surfaces.push_back(skin_surface(body_template, geometry));
-    // So that what lies inside shows through.
-    surfaces.back().opacity = 0.35f;
-    surfaces[surfaces.size() - 2].opacity = 0.5f;
-    return surfaces;
+    if (surface == "all") {
+        // So that what lies inside shows through.
+        surfaces.back().opacity = 0.35f;
+        surfaces[surfaces.size() - 2].opacity = 0.5f;
+        return surfaces;
+    }
+    const auto found =
+        std::find_if(surfaces.begin(), surfaces.end(), [&](const SceneSurface& candidate) { return candidate.name == surface; });
+    require_input(found != surfaces.end(), "--surface {}: the template has none", surface);
+    return {*found};
+}
+
+std::string credits_of(const Provenance& provenance)
+{
+    std::string credits;
+    for (const Provenance::Input& file : provenance.inputs)
+        if (!file.licences.empty() && credits.find(file.licences) == std::string::npos)
+            credits += (credits.empty() ? "" : "; ") + file.licences;
+    return credits;
+}
+
+/// Change of volume below each vertex of the skin, N_s; 0 for head, hands and toes.
+Eigen::VectorXf skin_volume_change(const Template& body_template, const Body& body, const BodyGeometry& geometry)
+{
+    const Eigen::VectorXd change = volume_change(body.volume_vertices, geometry.volume_vertices, body_template.prisms,
+                                                 body_template.num_wrap_vertices());
+    Eigen::VectorXf values = Eigen::VectorXf::Zero(geometry.skin_vertices.rows());
+    for (int w = 0; w < change.size(); ++w) values[body_template.wrap_to_skin[w]] = float(change[w]);
+    return values;
+}
+
+/// `num_frames` poses or samples from `asked` on. Keeps references to `settings` and `inputs`.
+MeshSequence mesh_sequence(const Selection& asked, int num_frames, const std::string& surface,
+                           const PictureSettings& settings, const Inputs& inputs)
+{
+    require_input(num_frames == 1 || asked.pose_idx >= 0 || asked.sample_idx >= 0,
+                  "--frames {} needs --pose or --sample to start from", num_frames);
+    const auto selected = [asked, &inputs](int frame_idx) {
+        Selection selection = asked;
+        (asked.sample_idx >= 0 ? selection.sample_idx : selection.pose_idx) += frame_idx;
+        return select(selection, inputs);
+    };
+    selected(num_frames - 1);  // out of range is found before anything is written
+    const Template& body_template = inputs.poser.body_template();
+    const Selection first = selected(0);
+    MeshSequence sequence;
+    for (const SceneSurface& candidate : exported_surfaces(body_template, geometry_of(first, inputs), surface))
+        sequence.meshes.push_back(
+            {candidate.name, candidate.triangles, candidate.colour, candidate.opacity, candidate.gloss, candidate.two_sided});
+    sequence.num_frames = num_frames;
+    if (first.pose_idx >= 0) sequence.frame_rate = inputs.poses.clip_frame_rates[inputs.poses.clip_idx[first.pose_idx]];
+    sequence.frame = [selected, surface, &settings, &inputs, &body_template](int frame_idx) {
+        const Selection selection = selected(frame_idx);
+        const Body& body = inputs.bodies.bodies[selection.body_idx];
+        const BodyGeometry geometry = geometry_of(selection, inputs);
+        std::vector<MeshFrame> frames;
+        for (const SceneSurface& candidate : exported_surfaces(body_template, geometry, surface)) {
+            MeshFrame& frame = frames.emplace_back();
+            frame.vertices = candidate.vertices;
+            if (!settings.volume_colours || candidate.name != "skin") continue;
+            frame.colours = volume_change_surface(body_template, body, geometry, settings.colour_range).vertex_colours;
+            frame.scalars["volume_change"] = skin_volume_change(body_template, body, geometry);
+        }
+        return frames;
+    };
+    return sequence;
 }
 
 /// The first `count` poses, in the order they were sampled: the most different ones.
@@ -76,14 +149,14 @@ Image poses_picture(const BodyPoser& poser, const BodySet& bodies, int body_idx,
 
 int main(int argc, char** argv)
 {
-    Tool tool("export-scene", "Renders pictures of bodies and samples, and writes them as glTF scenes",
+    Tool tool("export-scene", "Renders pictures of bodies and samples, and writes them as meshes for other programs",
               "export-scene --template template.h5 --bodies bodies.h5 --body 3 --picture layers.png "
-              "--picture-kind layers --glb body.glb");
-    std::string template_path, bodies_path, poses_path, glb_path, picture_path;
+              "--picture-kind layers --mesh body.glb");
+    std::string template_path, bodies_path, poses_path, mesh_path, picture_path;
     std::vector<std::string> deformation_paths;
     Selection asked;
-    std::string kind = "body", split = "test", colour = "plain";
-    int count = 3;
+    std::string kind = "body", split = "test", colour = "plain", surface = "all";
+    int count = 3, num_frames = 1;
     PictureSettings settings;
     ContactSheetSettings sheet;
     int height = 0;
@@ -91,11 +164,21 @@ int main(int argc, char** argv)
     tool.input("bodies", bodies_path, "Layered bodies");
     tool.input("poses", poses_path, "Poses, for --pose, --sample, frames and poses", false);
     tool.input("deformations", deformation_paths, "Samples or predictions; several for frames", false);
-    tool.output("glb", glb_path, "Binary glTF scene of the body with its layers", false);
+    std::string formats;
+    for (const ExportFormat& format : export_formats())
+        formats += fmt::format("{}{} ({})", formats.empty() ? "" : ", ", format.extension, format.summary);
+    tool.output("mesh", mesh_path, "The body with what lies inside, by extension " + formats, false);
     tool.output("picture", picture_path, "PNG picture", false);
     tool.parameter("body", asked.body_idx, "Body index", 0, 1 << 30);
     tool.parameter("pose", asked.pose_idx, "Pose index, moved by linear blend skinning; -1: at rest", -1, 1 << 30);
     tool.parameter("sample", asked.sample_idx, "Sample of the deformation file; -1: none", -1, 1 << 30);
+    tool.parameter(
+        "frames", num_frames,
+        "Poses or samples from --pose or --sample on that --mesh holds; where each is a file, its name holds "
+        "the place of the number, out_{:04}.ply",
+        1, 1000000);
+    tool.parameter("surface", surface, "What --mesh holds",
+                   {"all", "skin", "muscle_wrap", "bone_wrap", "bones", "muscles"});
     tool.parameter("picture-kind", kind, "What the picture shows",
                    {"body", "layers", "cut", "frames", "bodies", "poses"});
     tool.parameter("view", settings.view, "Where the camera stands");
@@ -107,7 +190,11 @@ int main(int argc, char** argv)
     tool.parameter("supersampling", settings.samples_per_axis, "Rays along each side of a pixel", 1, 8);
 
     return tool.run(argc, argv, [&] {
-        require_input(!glb_path.empty() || !picture_path.empty(), "Give --picture, --glb or both");
+        require_input(!mesh_path.empty() || !picture_path.empty(), "Give --picture, --mesh or both");
+        if (!mesh_path.empty())
+            for (const std::string& file : exported_files(mesh_path, num_frames))
+                require_input(tool.force() || !std::filesystem::exists(file),
+                              "--mesh: {} exists already, give --force to overwrite it", file);
         sheet.view = settings.view;
         sheet.samples_per_axis = settings.samples_per_axis;
         if (height > 0) settings.height = sheet.cell_height = height;
@@ -120,26 +207,23 @@ int main(int argc, char** argv)
         for (const std::string& path : deformation_paths)
             files.push_back(open_deformations(path, body_template.num_volume_vertices()));
         const BodyPoser poser(body_template);
-
-        if (!glb_path.empty() || kind == "body" || kind == "layers" || kind == "cut") {
-            const Selection selection = select(asked, files, bodies, poses);
+        const Inputs inputs{poser, bodies, poses, files};
+        if (!mesh_path.empty()) {
+            MeshSequence sequence = mesh_sequence(asked, num_frames, surface, settings, inputs);
+            sequence.credits = credits_of(tool.provenance());
+            export_meshes(mesh_path, sequence);
+            std::cout << mesh_path << "\n";
+        }
+        if (picture_path.empty()) return;
+        if (kind == "body" || kind == "layers" || kind == "cut") {
+            const Selection selection = select(asked, inputs);
             const Body& body = bodies.bodies[std::size_t(selection.body_idx)];
-            const BodyGeometry geometry = geometry_of(selection, poser, bodies, poses, files);
-            if (!glb_path.empty()) {
-                std::string credits;
-                for (const Provenance::Input& file : tool.provenance().inputs)
-                    if (!file.licences.empty() && credits.find(file.licences) == std::string::npos)
-                        credits += (credits.empty() ? "" : "; ") + file.licences;
-                write_glb(glb_path, scene_surfaces(body_template, geometry), credits);
-                std::cout << glb_path << "\n";
-            }
-            if (picture_path.empty()) return;
+            const BodyGeometry geometry = geometry_of(selection, inputs);
             require_input(kind != "cut" || selection.pose_idx < 0, "Sections are of a body at rest; leave out --pose");
             if (kind == "body") write_png(picture_path, body_picture(body_template, body, geometry, settings));
             if (kind == "layers") write_png(picture_path, layers_picture(body_template, geometry, settings));
             if (kind == "cut") write_png(picture_path, sections_picture(body_template, body, settings));
         }
-        if (picture_path.empty()) return;
         if (kind == "frames")
             write_png(picture_path, frames_picture(poser, bodies, poses, files, split, count, settings));
         if (kind == "bodies") write_png(picture_path, bodies_picture(body_template, bodies, count, settings));

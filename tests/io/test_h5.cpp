@@ -40,7 +40,7 @@ RowMatrix example_matrix()
 /// One dataset of each kind.
 void write_example(const std::string& path)
 {
-    H5Writer writer(path, "ndg-test", 2, example_provenance());
+    H5Writer writer(path, "test-file", 2, example_provenance());
     writer.write("/group/reals", example_matrix(), "three points");
     writer.write("/group/exact", example_matrix() / 3.0, "thirds", Storage::float64);
     RowMatrixI indices(2, 3);
@@ -70,7 +70,7 @@ TEST_CASE("what is written is read back")
     const TemporaryFolder folder;
     const std::string path = folder.file("x.h5");
     write_example(path);
-    const H5Reader reader(path, "ndg-test", 2);
+    const H5Reader reader(path, "test-file", 2);
     CHECK(reader.path() == path);
     CHECK(reader.read_matrix("/group/reals", 3, 2) == example_matrix());
     CHECK(reader.read_matrix("/group/exact") == example_matrix() / 3.0);
@@ -99,11 +99,11 @@ TEST_CASE("blocks of larger matrices are stored row by row")
     RowMatrix large(4, 5);
     std::iota(large.data(), large.data() + large.size(), 0.0);
     {
-        H5Writer writer(folder.file("x.h5"), "ndg-test", 1, {});
+        H5Writer writer(folder.file("x.h5"), "test-file", 1, {});
         writer.write("/block", large.block(1, 1, 2, 3), "a block");
         writer.commit();
     }
-    CHECK(H5Reader(folder.file("x.h5"), "ndg-test", 1).read_matrix("/block") == large.block(1, 1, 2, 3));
+    CHECK(H5Reader(folder.file("x.h5"), "test-file", 1).read_matrix("/block") == large.block(1, 1, 2, 3));
 }
 
 TEST_CASE("datasets of many chunks")
@@ -114,12 +114,12 @@ TEST_CASE("datasets of many chunks")
     std::vector<int> many(100000);
     std::iota(many.begin(), many.end(), 0);
     {
-        H5Writer writer(folder.file("x.h5"), "ndg-test", 1, {});
+        H5Writer writer(folder.file("x.h5"), "test-file", 1, {});
         writer.write("/large", large, "several chunks");
         writer.write("/many", many, "a long list");
         writer.commit();
     }
-    const H5Reader reader(folder.file("x.h5"), "ndg-test", 1);
+    const H5Reader reader(folder.file("x.h5"), "test-file", 1);
     CHECK(reader.read_matrix("/large") == large);
     CHECK(reader.read_ints("/many", 100000, 0, 99999) == many);
     CHECK(reader.read_slice("/large", 69999) == std::vector<float>{34999.5f, 1, -2});
@@ -142,10 +142,10 @@ TEST_CASE("root attributes say where the file came from; licences of inputs are 
     provenance.inputs = {{folder.file("first.h5"), "00", ""}, {folder.file("missing.csv"), "11", ""}};
     provenance.licences = "CC0: base mesh\nODbL: measurements";
     {
-        H5Writer writer(folder.file("second.h5"), "ndg-test", 1, provenance);
+        H5Writer writer(folder.file("second.h5"), "test-file", 1, provenance);
         writer.commit();
     }
-    const H5Reader reader(folder.file("second.h5"), "ndg-test", 1);
+    const H5Reader reader(folder.file("second.h5"), "test-file", 1);
     CHECK(reader.attribute("licences") == "CC0: base mesh\nODbL: measurements\nCC-BY: anatomy");
     CHECK(reader.attribute("units") == "m");
     CHECK(reader.attribute("up_axis") == "y");
@@ -165,7 +165,7 @@ TEST_CASE("without commit nothing is left behind and the old file stays")
     write_example(path);
     const std::string before = read_file(path);
     {
-        H5Writer writer(path, "ndg-test", 2, {});
+        H5Writer writer(path, "test-file", 2, {});
         writer.write("/values", std::vector<double>{1}, "new");
         CHECK(std::filesystem::exists(temporary_name(path)));
     }
@@ -176,7 +176,7 @@ TEST_CASE("without commit nothing is left behind and the old file stays")
 TEST_CASE("the writer refuses what would make a bad file")
 {
     const TemporaryFolder folder;
-    H5Writer writer(folder.file("x.h5"), "ndg-test", 1, {});
+    H5Writer writer(folder.file("x.h5"), "test-file", 1, {});
     RowMatrix matrix = example_matrix();
     matrix(2, 1) = not_a_number;
     CHECK_THROWS_WITH(writer.write("/m", matrix, ""), Catch::Contains("x.h5: dataset /m is not finite at (2, 1): nan"));
@@ -194,7 +194,7 @@ TEST_CASE("the writer refuses what would make a bad file")
     CHECK_THROWS_WITH(writer.commit(), Catch::Contains("slice 0 of dataset /s was never written"));
     writer.write_slice("/s", 0, good.data());
     CHECK_NOTHROW(writer.commit());
-    CHECK_THROWS_AS(H5Writer(folder.file("no/such/x.h5"), "ndg-test", 1, {}), Error);
+    CHECK_THROWS_AS(H5Writer(folder.file("no/such/x.h5"), "test-file", 1, {}), Error);
 }
 
 TEST_CASE("the reader names file, dataset and what is wrong")
@@ -205,14 +205,14 @@ TEST_CASE("the reader names file, dataset and what is wrong")
     const auto opening = [](const std::string& file, const std::string& format, int version) {
         H5Reader reader(file, format, version);
     };
-    CHECK_THROWS_WITH(opening(path, "ndg-bodies", 2), path + ": format is \"ndg-test\", expected \"ndg-bodies\"");
-    CHECK_THROWS_WITH(opening(path, "ndg-test", 1), path + ": format_version is 2, this program reads 1");
-    CHECK_THROWS_WITH(opening(folder.file("no.h5"), "ndg-test", 1), folder.file("no.h5") + ": does not exist");
-    CHECK_THROWS_WITH(opening(folder.path(), "ndg-test", 1), Catch::Contains("is a folder"));
+    CHECK_THROWS_WITH(opening(path, "ndg-bodies", 1), path + ": format is \"test-file\", expected \"ndg-bodies\"");
+    CHECK_THROWS_WITH(opening(path, "test-file", 1), path + ": format_version is 2, this program reads 1");
+    CHECK_THROWS_WITH(opening(folder.file("no.h5"), "test-file", 1), folder.file("no.h5") + ": does not exist");
+    CHECK_THROWS_WITH(opening(folder.path(), "test-file", 1), Catch::Contains("is a folder"));
     write_file(folder.file("text.h5"), "hello");
-    CHECK_THROWS_WITH(opening(folder.file("text.h5"), "ndg-test", 1), Catch::Contains("is not an HDF5 file"));
+    CHECK_THROWS_WITH(opening(folder.file("text.h5"), "test-file", 1), Catch::Contains("is not an HDF5 file"));
 
-    const H5Reader reader(path, "ndg-test", 2);
+    const H5Reader reader(path, "test-file", 2);
     CHECK_THROWS_WITH(reader.read_matrix("/nothing"), path + ": dataset /nothing is missing");
     CHECK_THROWS_WITH(reader.read_matrix("/group"), Catch::Contains("cannot open dataset /group"));
     CHECK_THROWS_WITH(reader.read_matrix("/group/reals", 4, 2),
@@ -221,7 +221,7 @@ TEST_CASE("the reader names file, dataset and what is wrong")
     CHECK_THROWS_WITH(reader.read_matrix("/values"), Catch::Contains("/values is 2, expected N x N"));
     CHECK_THROWS_WITH(reader.read_matrix("/indices"), Catch::Contains("/indices holds int32, expected real numbers"));
     CHECK_THROWS_WITH(reader.read_ints("/values", -1, 0, 1), Catch::Contains("holds float64, expected integers"));
-    CHECK_THROWS_WITH(reader.read_doubles("/names"), Catch::Contains("holds string, expected real numbers"));
+    CHECK_THROWS_WITH(reader.read_doubles("/names"), Catch::Contains("holds text, expected real numbers"));
     CHECK_THROWS_WITH(reader.read_strings("/values"), Catch::Contains("expected text"));
     CHECK_THROWS_WITH(reader.read_int_matrix("/indices", 2, 3, 0, 4),
                       path + ": dataset /indices at (1, 2) is 5, expected 0 to 4");
@@ -243,7 +243,7 @@ TEST_CASE("a truncated file is an InputError wherever it is cut")
         write_file(folder.file("cut.h5"), whole.substr(0, size));
         CHECK_THROWS_AS(check_h5(folder.file("cut.h5")), InputError);
         CHECK_THROWS_AS(list_h5(folder.file("cut.h5")), InputError);
-        CHECK_THROWS_AS(H5Reader(folder.file("cut.h5"), "ndg-test", 2), InputError);
+        CHECK_THROWS_AS(H5Reader(folder.file("cut.h5"), "test-file", 2), InputError);
     }
 }
 
@@ -253,7 +253,7 @@ TEST_CASE("a flipped bit in bulk data is found by its checksum")
     RowMatrix matrix(2000, 3);
     for (Eigen::Index i = 0; i < matrix.size(); ++i) matrix.data()[i] = std::sin(static_cast<double>(i));
     {
-        H5Writer writer(folder.file("x.h5"), "ndg-test", 1, {});
+        H5Writer writer(folder.file("x.h5"), "test-file", 1, {});
         writer.write("/bulk", matrix, "");
         writer.commit();
     }
@@ -261,7 +261,7 @@ TEST_CASE("a flipped bit in bulk data is found by its checksum")
     bytes[bytes.size() - bytes.size() / 4] ^= 1;  // the one chunk fills most of the file
     write_file(folder.file("x.h5"), bytes);
     CHECK_THROWS_WITH(check_h5(folder.file("x.h5")), Catch::Contains("cannot read dataset /bulk"));
-    CHECK_THROWS_WITH(H5Reader(folder.file("x.h5"), "ndg-test", 1).read_matrix("/bulk"),
+    CHECK_THROWS_WITH(H5Reader(folder.file("x.h5"), "test-file", 1).read_matrix("/bulk"),
                       Catch::Contains("cannot read dataset /bulk, truncated or damaged"));
 }
 
@@ -277,9 +277,9 @@ TEST_CASE("listing names datasets with type, shape and description, and attribut
     CHECK(listing.datasets[3].type == "float32");
     CHECK(listing.datasets[3].shape == std::vector<std::size_t>{3, 2});
     CHECK(listing.datasets[3].description == "three points");
-    CHECK(listing.datasets[5].type == "string");
+    CHECK(listing.datasets[5].type == "text");
     const std::vector<std::pair<std::string, std::string>> wanted = {
-        {"format", "ndg-test"}, {"format_version", "2"}, {"note", "hand-made"}, {"thickness", "0.25"}};
+        {"format", "test-file"}, {"format_version", "2"}, {"note", "hand-made"}, {"thickness", "0.25"}};
     for (const auto& entry : wanted) {
         CHECK(std::count(listing.attributes.begin(), listing.attributes.end(), entry) == 1);
     }

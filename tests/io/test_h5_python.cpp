@@ -43,7 +43,7 @@ TEST_CASE("h5py reads our layout, types and attributes")
         Provenance provenance;
         provenance.tool = "make-template";
         provenance.licences = "CC0: someone";
-        H5Writer writer(folder.file("x.h5"), "ndg-test", 3, provenance);
+        H5Writer writer(folder.file("x.h5"), "test-file", 3, provenance);
         RowMatrix matrix(2, 3);
         matrix << 1, 2, 3, 4, 5, 6;
         RowMatrixI indices(2, 2);
@@ -78,7 +78,7 @@ s = f['/samples']
 assert s.shape == (2, 3, 4) and s.dtype == np.dtype('<f4')
 assert s[1, 2, 3] == 111 and s[1, 0, 1] == 101 and s[0, 1, 0] == 4
 a = f.attrs
-assert a['format'] == 'ndg-test' and a['format_version'] == 3 and a['format_version'].dtype == np.int32
+assert a['format'] == 'test-file' and a['format_version'] == 3 and a['format_version'].dtype == np.int32
 assert a['units'] == 'm' and a['up_axis'] == 'y' and a['licences'] == 'CC0: someone' and a['thickness'] == 0.25
 assert json.loads(a['created_by'])['tool'] == 'make-template'
 assert json.loads(a['config']) == {} and json.loads(a['inputs']) == []
@@ -93,7 +93,7 @@ TEST_CASE("we read what h5py writes, and refuse its bad values")
     run_script(python, folder, R"(
 import h5py, numpy as np
 f = h5py.File('x.h5', 'w')
-f.attrs.update(format='ndg-test', format_version=1, units='m', up_axis='y')
+f.attrs.update(format='test-file', format_version=1, units='m', up_axis='y')
 f.attrs['fixed'] = np.bytes_('fixed text')
 f['wide'] = np.array([[1.5, 2.5]])
 f['big_endian'] = np.array([[1.5, 2.5]], dtype='>f4')
@@ -104,11 +104,11 @@ f['nan'] = np.array([[1, 2], [np.nan, 4]])
 f['scalar'] = 3.0
 f.create_dataset('promise', (10**9, 3), chunks=(1000, 3), dtype='f4')
 g = h5py.File('y.h5', 'w')
-g.attrs.update(format='ndg-test', format_version=1, units='cm', up_axis='y')
+g.attrs.update(format='test-file', format_version=1, units='cm', up_axis='y')
 h = h5py.File('z.h5', 'w')
 h['x'] = [1]
 )");
-    const H5Reader reader(folder.file("x.h5"), "ndg-test", 1);
+    const H5Reader reader(folder.file("x.h5"), "test-file", 1);
     CHECK(reader.attribute("fixed") == "fixed text");
     CHECK(reader.read_matrix("/wide")(0, 1) == 2.5);
     CHECK(reader.read_matrix("/big_endian")(0, 1) == 2.5);
@@ -123,6 +123,7 @@ h['x'] = [1]
     CHECK_THROWS_WITH(reader.read_matrix("/promise"),
                       Catch::Contains("/promise promises 12000000000 bytes but holds 0"));
     CHECK_THROWS_WITH(check_h5(folder.file("x.h5")), Catch::Contains("not finite in row 1"));
-    CHECK_THROWS_WITH(H5Reader(folder.file("y.h5"), "ndg-test", 1), Catch::Contains("units is \"cm\", expected \"m\""));
-    CHECK_THROWS_WITH(H5Reader(folder.file("z.h5"), "ndg-test", 1), Catch::Contains("attribute format is missing"));
+    CHECK_THROWS_WITH(H5Reader(folder.file("y.h5"), "test-file", 1),
+                      Catch::Contains("units is \"cm\", expected \"m\""));
+    CHECK_THROWS_WITH(H5Reader(folder.file("z.h5"), "test-file", 1), Catch::Contains("attribute format is missing"));
 }

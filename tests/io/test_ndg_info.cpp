@@ -25,7 +25,7 @@ void write_example(const std::string& path)
     Provenance provenance;
     provenance.tool = "make-template";
     provenance.licences = "CC0: base mesh\nCC-BY: anatomy";
-    H5Writer writer(path, "ndg-test", 1, provenance);
+    H5Writer writer(path, "test-file", 1, provenance);
     writer.write("/skin/vertices", RowMatrix::Random(5000, 3), "positions, m");
     writer.commit();
 }
@@ -40,7 +40,7 @@ TEST_CASE("ndg-info shows attributes, datasets and licences")
     const CommandResult result = info(folder.file("x.h5") + " --check");
     INFO(result.output);
     CHECK(result.exit_code == 0);
-    for (const char* part : {"ndg-test", "CC-BY: anatomy", "/skin/vertices", "float32", "5000 x 3", "positions, m",
+    for (const char* part : {"test-file", "CC-BY: anatomy", "/skin/vertices", "float32", "5000 x 3", "positions, m",
                              "\"tool\":\"make-template\"", "complete and finite"}) {
         CHECK_THAT(result.output, Catch::Contains(part));
     }

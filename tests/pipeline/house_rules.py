@@ -7,7 +7,7 @@ import sys
 
 source = sys.argv[1]
 layers = ["core", "io", "solver", "geometry", "body", "dataset", "scan", "registration", "body_source", "procedural", "makehuman", "anatomical", "people",
-          "wraps", "template_build", "layers", "motion", "retarget", "deform", "elastic", "simulation", "neural", "evaluate", "scene"]
+          "wraps", "template_build", "layers", "motion", "retarget", "deform", "elastic", "simulation", "neural", "evaluate", "scene", "export"]
 # Headers that only sources of their own module include.
 internal = {"lib/ndg/io/h5_handles.h", "lib/ndg/geometry/cgal_mesh.h"} | {f"lib/ndg/neural/{n}.h" for n in (
     "adamw", "checkpoint", "matrix_exponential", "model_state", "output_basis", "torch_network", "training_set")}

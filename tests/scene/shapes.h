@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Simple surfaces for the scene tests.
+// Simple surfaces for the scene tests, and what they look like.
 #pragma once
 
+#include "ndg/scene/image.h"
 #include "ndg/scene/scene_surface.h"
 
+#include <algorithm>
 #include <array>
 #include <map>
 #include <string>
@@ -11,6 +13,12 @@
 #include <vector>
 
 namespace ndg::test {
+
+/// Pixels of exactly this colour.
+inline int count_pixels(const Image& image, Pixel colour)
+{
+    return int(std::count(image.pixels.begin(), image.pixels.end(), colour));
+}
 
 /// Square of half width `half` in the plane z = `depth`, facing +z.
 inline SceneSurface square(const std::string& name, double half, double depth, const Eigen::Vector3f& colour)

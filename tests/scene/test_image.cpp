@@ -3,6 +3,7 @@
 
 #include "ndg/core/error.h"
 #include "ndg/scene/text.h"
+#include "scene/shapes.h"
 #include "support/support.h"
 
 #include <png.h>
@@ -12,6 +13,7 @@
 #include <filesystem>
 
 using namespace ndg;
+using ndg::test::count_pixels;
 
 namespace {
 
@@ -25,13 +27,6 @@ Image read_png(const std::string& path)
     Image image(int(reader.width), int(reader.height));
     REQUIRE(png_image_finish_read(&reader, nullptr, image.pixels.data(), 0, nullptr) != 0);
     return image;
-}
-
-int count_pixels(const Image& image, Pixel colour)
-{
-    int count = 0;
-    for (const Pixel& pixel : image.pixels) count += pixel == colour ? 1 : 0;
-    return count;
 }
 
 }  // namespace

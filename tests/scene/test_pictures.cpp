@@ -3,6 +3,7 @@
 
 #include "ndg/core/error.h"
 #include "ndg/scene/colour_map.h"
+#include "scene/shapes.h"
 #include "support/support.h"
 
 #include <catch2/catch.hpp>
@@ -19,11 +20,10 @@ PictureSettings small_settings()
     return settings;
 }
 
-int count_other(const Image& image, Pixel background)
+/// Pixels that are not background.
+int count_shown(const Image& image)
 {
-    int count = 0;
-    for (const Pixel& pixel : image.pixels) count += pixel == background ? 0 : 1;
-    return count;
+    return image.width * image.height - test::count_pixels(image, image.at(0, 0));
 }
 
 }  // namespace
@@ -101,13 +101,13 @@ TEST_CASE("Pictures of a body show it")
     const BodyGeometry geometry = rest_geometry(tube, tube.rest);
     const Image picture = body_picture(tube, tube.rest, geometry, small_settings());
     CHECK(picture.height == 96);
-    CHECK(count_other(picture, picture.at(0, 0)) > picture.width * picture.height / 20);
+    CHECK(count_shown(picture) > picture.width * picture.height / 20);
     const Image layers = layers_picture(tube, geometry, small_settings());
     CHECK(layers.height > 2 * 96);
     BodySet bodies;
     bodies.bodies.assign(5, tube.rest);
     const Image sheet = bodies_picture(tube, bodies, 3, small_settings());
-    CHECK(count_other(sheet, sheet.at(0, 0)) > 3 * 100);
+    CHECK(count_shown(sheet) > 3 * 100);
 }
 
 TEST_CASE("A sheet of frames has one row a sample and one column a method")

@@ -9,18 +9,8 @@
 #include <cmath>
 
 using namespace ndg;
+using ndg::test::count_pixels;
 using ndg::test::sphere;
-
-namespace {
-
-int count_pixels(const Image& image, Pixel colour)
-{
-    int count = 0;
-    for (const Pixel& pixel : image.pixels) count += pixel == colour ? 1 : 0;
-    return count;
-}
-
-}  // namespace
 
 TEST_CASE("A sphere is cut in a circle that runs with the inside to its left")
 {

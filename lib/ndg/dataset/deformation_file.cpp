@@ -2,11 +2,9 @@
 #include "ndg/dataset/deformation_file.h"
 
 #include "ndg/core/error.h"
-#include "ndg/core/file.h"
 #include "ndg/io/h5_virtual.h"
 
 #include <sys/resource.h>
-#include <unistd.h>
 
 #include <filesystem>
 #include <set>
@@ -150,20 +148,12 @@ void write_deformations(const std::string& path, const DeformationSet& set, cons
 void link_deformations(const std::string& path, const DeformationSet& head, const Provenance& provenance,
                        const std::vector<VirtualSource>& sources)
 {
-    const std::string whole_path = temporary_name(path);
-    try {
-        H5Writer writer(whole_path, payload.format, payload.version, provenance);
-        write_sample_index(writer, path, payload.group, head);
-        put_figures(writer, path, head);
-        writer.commit();
-        add_virtual_dataset(whole_path, payload.dataset,
-                            {head.num_slices(), static_cast<std::size_t>(head.num_volume_vertices), 3}, sources,
-                            payload.description);
-        replace_file(whole_path, path);
-    } catch (...) {
-        ::unlink(whole_path.c_str());
-        throw;
-    }
+    H5Writer writer(path, payload.format, payload.version, provenance);
+    write_sample_index(writer, path, payload.group, head);
+    put_figures(writer, path, head);
+    writer.link(payload.dataset, {head.num_slices(), static_cast<std::size_t>(head.num_volume_vertices), 3}, sources,
+                payload.description);
+    writer.commit();
 }
 
 std::vector<std::string> deformation_sources(const std::string& path)

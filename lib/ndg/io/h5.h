@@ -17,10 +17,12 @@
 namespace ndg {
 
 enum class Storage { float32, float64 };
+struct VirtualSource;
 
 /// Writes to PATH.<pid>.tmp and renames on commit(); without commit() nothing is left behind.
 /// Dataset names are absolute paths ("/skin/vertices"); groups are made as needed. Matrices are stored row-major.
-/// Real data must be finite: NaN or infinity throws Error naming file, dataset and index.
+/// Real data must be finite: NaN or infinity throws Error naming file, dataset and index. So does a format or version
+/// that schema.h does not know.
 class H5Writer {
 public:
     H5Writer(const std::string& path, const std::string& format, int format_version, const Provenance& provenance);
@@ -43,10 +45,16 @@ public:
     void create(const std::string& name, const std::vector<std::size_t>& shape, const std::string& description);
     void write_slice(const std::string& name, std::size_t index, const float* data);
 
+    /// A float32 dataset whose slices along the first axis stay in the files they lie in (a virtual dataset). What no
+    /// source covers, or lies in a source that is lost, reads as not-a-number, which every reader here refuses.
+    void link(const std::string& name, const std::vector<std::size_t>& shape, const std::vector<VirtualSource>& sources,
+              const std::string& description);
+
     void attribute(const std::string& name, const std::string& value);
     void attribute(const std::string& name, double value);
 
-    /// Flushes, fsyncs and renames to the final name. Every slice of every created dataset must have been written.
+    /// Flushes, fsyncs and renames to the final name. Every slice of every created dataset must have been written, and
+    /// all that was written must follow the schema of the format (schema.h), otherwise Error.
     void commit();
 
 private:
@@ -95,8 +103,8 @@ struct H5Listing {
     std::vector<std::pair<std::string, std::string>> attributes;
 };
 H5Listing list_h5(const std::string& path);
-/// Reads every dataset of an HDF5 file with all its checksums. Throws InputError naming the first that is damaged or
-/// holds a value that is not finite.
+/// Reads every dataset of an HDF5 file with all its checksums. Throws InputError naming the first that is damaged,
+/// holds a value that is not finite or does not follow the schema of the file's format.
 void check_h5(const std::string& path);
 
 }  // namespace ndg

@@ -186,10 +186,28 @@ std::string type_name(hid_t type)
         case H5T_INTEGER:
             return fmt::format("{}int{}", H5Tget_sign(type) == H5T_SGN_NONE ? "u" : "", bits);
         case H5T_STRING:
-            return "string";
+            return "text";
         default:
             return "another type";
     }
+}
+
+Handle text_type()
+{
+    Handle type(H5Tcopy(H5T_C_S1), H5Tclose);
+    H5Tset_size(type, H5T_VARIABLE);
+    H5Tset_cset(type, H5T_CSET_UTF8);
+    return type;
+}
+
+bool write_text_attribute(hid_t object, const std::string& name, const std::string& value)
+{
+    const Handle type = text_type();
+    const Handle space(H5Screate(H5S_SCALAR), H5Sclose);
+    if (H5Aexists(object, name.c_str()) > 0) H5Adelete(object, name.c_str());
+    const Handle attribute(H5Acreate2(object, name.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
+    const char* text = value.c_str();
+    return attribute.valid() && H5Awrite(attribute, type, &text) >= 0;
 }
 
 }  // namespace ndg::h5

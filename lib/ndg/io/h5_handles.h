@@ -2,6 +2,8 @@
 // Private to io: HDF5 handles that close themselves, and translation of HDF5's errors and types.
 #pragma once
 
+#include "ndg/io/h5_virtual.h"
+
 #include <hdf5.h>
 
 #include <cstddef>
@@ -63,7 +65,15 @@ bool read_text_attribute(hid_t object, const std::string& path, const std::strin
 /// All strings of a dataset, fixed or variable length.
 std::vector<std::string> read_text_dataset(hid_t dataset, const std::string& path, const std::string& name);
 
-/// "float32", "int32", "string"...
+/// "float32", "int32", "text"...
 std::string type_name(hid_t type);
+
+/// UTF-8 of variable length.
+Handle text_type();
+/// Replaces an attribute of that name; false where that fails.
+bool write_text_attribute(hid_t object, const std::string& name, const std::string& value);
+/// Creation properties of a float32 dataset over slices of `sources`. Throws Error, starting with `path`.
+Handle virtual_creation(const std::string& path, const std::string& name, const std::vector<std::size_t>& shape,
+                        const std::vector<VirtualSource>& sources);
 
 }  // namespace ndg::h5

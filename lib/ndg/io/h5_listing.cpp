@@ -2,6 +2,7 @@
 #include "ndg/core/error.h"
 #include "ndg/io/h5.h"
 #include "ndg/io/h5_handles.h"
+#include "ndg/io/schema.h"
 
 #include <algorithm>
 #include <cmath>
@@ -29,6 +30,14 @@ std::vector<std::string> dataset_names(hid_t file, const std::string& path)
     std::vector<std::string> names;
     require_input(H5Ovisit2(file, H5_INDEX_NAME, H5_ITER_INC, collect_dataset, &names, H5O_INFO_BASIC) >= 0,
                   "{}: cannot list its datasets, truncated or damaged ({})", path, h5::last_error());
+    return names;
+}
+
+std::vector<std::string> attribute_names(hid_t file, const std::string& path)
+{
+    std::vector<std::string> names;
+    require_input(H5Aiterate2(file, H5_INDEX_NAME, H5_ITER_INC, nullptr, collect_attribute, &names) >= 0,
+                  "{}: cannot list its attributes, truncated or damaged ({})", path, h5::last_error());
     return names;
 }
 
@@ -92,10 +101,7 @@ H5Listing list_h5(const std::string& path)
 {
     const Handle file = h5::open_file(path);
     H5Listing listing;
-    std::vector<std::string> attribute_names;
-    require_input(H5Aiterate2(file, H5_INDEX_NAME, H5_ITER_INC, nullptr, collect_attribute, &attribute_names) >= 0,
-                  "{}: cannot list its attributes, truncated or damaged ({})", path, h5::last_error());
-    for (const std::string& name : attribute_names) {
+    for (const std::string& name : attribute_names(file, path)) {
         listing.attributes.emplace_back(name, attribute_text(file, path, name));
     }
     for (const std::string& name : dataset_names(file, path)) {
@@ -114,10 +120,12 @@ H5Listing list_h5(const std::string& path)
 void check_h5(const std::string& path)
 {
     const Handle file = h5::open_file(path);
+    std::vector<FileItem> items;
     for (const std::string& name : dataset_names(file, path)) {
         const Handle dataset = h5::open_dataset(file, path, name);
         const Handle type(H5Dget_type(dataset), H5Tclose);
         const H5T_class_t type_class = H5Tget_class(type);
+        items.push_back({name, h5::type_name(type), h5::dataset_shape(dataset)});
         if (type_class == H5T_STRING) {
             h5::read_text_dataset(dataset, path, name);
         } else {
@@ -127,6 +135,15 @@ void check_h5(const std::string& path)
             check_numbers(dataset, path, name);
         }
     }
+    for (const std::string& name : attribute_names(file, path)) {
+        const Handle attribute(H5Aopen(file, name.c_str(), H5P_DEFAULT), H5Aclose);
+        const Handle type(H5Aget_type(attribute), H5Tclose);
+        items.push_back({"@" + name, h5::type_name(type), {}});
+    }
+    std::string format;
+    h5::read_text_attribute(file, path, "format", format);
+    const std::string violation = schema_violation(format, items);
+    require_input(violation.empty(), "{}: {}", path, violation);
 }
 
 }  // namespace ndg

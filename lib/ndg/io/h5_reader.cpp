@@ -2,6 +2,7 @@
 #include "ndg/core/error.h"
 #include "ndg/io/h5.h"
 #include "ndg/io/h5_handles.h"
+#include "ndg/io/schema.h"
 
 #include <cmath>
 #include <map>
@@ -120,6 +121,7 @@ std::vector<int> H5Reader::State::read_integers(const std::string& name, const s
 H5Reader::H5Reader(const std::string& path, const std::string& format, int format_version)
     : state_(std::make_unique<State>())
 {
+    check_format(format, format_version);
     state_->path = path;
     state_->file = h5::open_file(path);
     std::string found;

@@ -69,23 +69,10 @@ Handle make_space(std::vector<std::size_t> shape, std::size_t num_slices)
 
 }  // namespace
 
-void add_virtual_dataset(const std::string& path, const std::string& name, const std::vector<std::size_t>& shape,
-                         const std::vector<VirtualSource>& sources, const std::string& description)
+Handle h5::virtual_creation(const std::string& path, const std::string& name, const std::vector<std::size_t>& shape,
+                            const std::vector<VirtualSource>& sources)
 {
-    h5::silence_errors();
-    require(!shape.empty(), "{}: virtual dataset {} needs at least one axis", path, name);
-    const auto check = [&](bool done) {
-        require(done, "{}: cannot write virtual dataset {} ({})", path, name, h5::last_error());
-    };
-    const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
-    H5Pset_libver_bounds(access, H5F_LIBVER_EARLIEST, H5F_LIBVER_V110);
-    H5Pset_fclose_degree(access, H5F_CLOSE_STRONG);
-    H5Pset_file_locking(access, false, true);
-    Handle file(H5Fopen(path.c_str(), H5F_ACC_RDWR, access), H5Fclose);
-    check(file.valid());
-
-    const Handle creation(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
-    H5Pset_obj_track_times(creation, false);
+    Handle creation(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
     const float fill = std::numeric_limits<float>::quiet_NaN();
     H5Pset_fill_value(creation, H5T_NATIVE_FLOAT, &fill);
     const Handle space = make_space(shape, shape[0]);
@@ -94,27 +81,13 @@ void add_virtual_dataset(const std::string& path, const std::string& name, const
                 source.slices.size(), source.path, source.places.size());
         const Handle source_space = make_space(shape, source.num_slices);
         for (const Run& run : runs_of(source)) {
-            check(select_slices(space, shape, run.place, run.stride, run.count) &&
-                  select_slices(source_space, shape, run.source, 1, run.count) &&
-                  H5Pset_virtual(creation, space, escape(source.path).c_str(), name.c_str(), source_space) >= 0);
+            require(select_slices(space, shape, run.place, run.stride, run.count) &&
+                        select_slices(source_space, shape, run.source, 1, run.count) &&
+                        H5Pset_virtual(creation, space, escape(source.path).c_str(), name.c_str(), source_space) >= 0,
+                    "{}: cannot write virtual dataset {} ({})", path, name, h5::last_error());
         }
     }
-    H5Sselect_all(space);
-    const Handle links(H5Pcreate(H5P_LINK_CREATE), H5Pclose);
-    H5Pset_create_intermediate_group(links, 1);
-    Handle dataset(H5Dcreate2(file, name.c_str(), H5T_IEEE_F32LE, space, links, creation, H5P_DEFAULT), H5Dclose);
-    check(dataset.valid());
-    {
-        const Handle type(H5Tcopy(H5T_C_S1), H5Tclose);
-        H5Tset_size(type, H5T_VARIABLE);
-        H5Tset_cset(type, H5T_CSET_UTF8);
-        const Handle scalar(H5Screate(H5S_SCALAR), H5Sclose);
-        const Handle attribute(H5Acreate2(dataset, "description", type, scalar, H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
-        const char* text = description.c_str();
-        check(attribute.valid() && H5Awrite(attribute, type, &text) >= 0);
-    }
-    check(dataset.reset());
-    check(file.reset());
+    return creation;
 }
 
 std::vector<std::string> virtual_sources(const std::string& path, const std::string& name)

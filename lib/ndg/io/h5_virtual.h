@@ -16,11 +16,6 @@ struct VirtualSource {
     std::vector<std::size_t> places;  ///< where they stand in the virtual dataset; ascending
 };
 
-/// Adds a float32 dataset of the given shape to an HDF5 file that nobody reads yet. What no source covers, or lies in a
-/// source that is lost, reads as not-a-number, which every reader of this project refuses. Throws Error.
-void add_virtual_dataset(const std::string& path, const std::string& name, const std::vector<std::size_t>& shape,
-                         const std::vector<VirtualSource>& sources, const std::string& description);
-
 /// Paths of the files a dataset's slices lie in, as the dataset names them, each once; empty if it is not virtual.
 /// Throws InputError if there is no such dataset.
 std::vector<std::string> virtual_sources(const std::string& path, const std::string& name);

@@ -3,6 +3,7 @@
 #include "ndg/core/file.h"
 #include "ndg/io/h5.h"
 #include "ndg/io/h5_handles.h"
+#include "ndg/io/schema.h"
 
 #include <nlohmann/json.hpp>
 
@@ -46,14 +47,6 @@ std::string index_text(const Shape& shape, std::size_t flat)
     return "(" + text + ")";
 }
 
-Handle text_type()
-{
-    Handle type(H5Tcopy(H5T_C_S1), H5Tclose);
-    H5Tset_size(type, H5T_VARIABLE);
-    H5Tset_cset(type, H5T_CSET_UTF8);
-    return type;
-}
-
 /// Licence lines of the tool and of every input, each once, in order.
 std::string merge_licences(const Provenance& provenance)
 {
@@ -86,8 +79,9 @@ struct H5Writer::State {
         Shape shape;
         std::vector<bool> written;
     };
-    std::string path, temporary_path;
+    std::string path, temporary_path, format;
     Handle file;
+    std::vector<FileItem> items;  // what was written so far, for the schema
     std::map<std::string, Sliced> sliced;
     bool committed = false;
 
@@ -98,25 +92,21 @@ struct H5Writer::State {
     void put_text_attribute(hid_t object, const std::string& name, const std::string& value) const;
     template <typename T>
     void put_number_attribute(hid_t object, const std::string& name, hid_t file_type, hid_t type, T value) const;
-    Handle create(const std::string& name, const Shape& shape, hid_t type, const std::string& description) const;
+    Handle create(const std::string& name, const Shape& shape, hid_t type, const std::string& description,
+                  Handle creation = Handle(H5Pcreate(H5P_DATASET_CREATE), H5Pclose));
     void put(const std::string& name, const Shape& shape, hid_t file_type, hid_t memory_type, const void* data,
-             const std::string& description) const;
+             const std::string& description);
     template <typename T>
     void check_finite(const std::string& name, const Shape& shape, const T* data, std::size_t begin,
                       std::size_t end) const;
     void put_reals(const std::string& name, const Shape& shape, const double* data, const std::string& description,
-                   Storage storage) const;
+                   Storage storage);
 };
 
 void H5Writer::State::put_text_attribute(hid_t object, const std::string& name, const std::string& value) const
 {
     require(value.find('\0') == std::string::npos, "{}: attribute {} holds a zero byte", path, name);
-    const Handle type = text_type();
-    const Handle space(H5Screate(H5S_SCALAR), H5Sclose);
-    if (H5Aexists(object, name.c_str()) > 0) H5Adelete(object, name.c_str());
-    const Handle attribute(H5Acreate2(object, name.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
-    const char* text = value.c_str();
-    check(attribute.valid() && H5Awrite(attribute, type, &text) >= 0, "attribute " + name);
+    check(h5::write_text_attribute(object, name, value), "attribute " + name);
 }
 
 template <typename T>
@@ -129,19 +119,19 @@ void H5Writer::State::put_number_attribute(hid_t object, const std::string& name
     check(attribute.valid() && H5Awrite(attribute, type, &value) >= 0, "attribute " + name);
 }
 
-Handle H5Writer::State::create(const std::string& name, const Shape& shape, hid_t type,
-                               const std::string& description) const
+Handle H5Writer::State::create(const std::string& name, const Shape& shape, hid_t type, const std::string& description,
+                               Handle creation)
 {
     require(!committed, "{}: dataset {} written after commit", path, name);
     require(!name.empty() && name.front() == '/', "{}: dataset name '{}' must start with /", path, name);
     const std::vector<hsize_t> extent(shape.begin(), shape.end());
     const Handle space(H5Screate_simple(static_cast<int>(extent.size()), extent.data(), nullptr), H5Sclose);
-    const Handle creation(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
     H5Pset_obj_track_times(creation, false);  // equal content gives equal bytes
     const std::size_t count = count_of(shape), element_size = H5Tget_size(type);
     constexpr std::size_t bulk_bytes = 64 * 1024;
     const bool is_text = H5Tget_class(type) == H5T_STRING;
-    if (count > 0 && !is_text && (shape.size() >= 2 || count * element_size >= bulk_bytes)) {
+    const bool is_virtual = H5Pget_layout(creation) == H5D_VIRTUAL;
+    if (count > 0 && !is_text && !is_virtual && (shape.size() >= 2 || count * element_size >= bulk_bytes)) {
         std::vector<hsize_t> chunk = extent;
         chunk[0] = chunk_rows(shape, element_size);
         const std::size_t chunk_bytes = count / shape[0] * chunk[0] * element_size;
@@ -157,11 +147,12 @@ Handle H5Writer::State::create(const std::string& name, const Shape& shape, hid_
     Handle dataset(H5Dcreate2(file, name.c_str(), type, space, links, creation, H5P_DEFAULT), H5Dclose);
     check(dataset.valid(), "dataset " + name);
     put_text_attribute(dataset, "description", description);
+    items.push_back({name, h5::type_name(type), shape});
     return dataset;
 }
 
 void H5Writer::State::put(const std::string& name, const Shape& shape, hid_t file_type, hid_t memory_type,
-                          const void* data, const std::string& description) const
+                          const void* data, const std::string& description)
 {
     const Handle dataset = create(name, shape, file_type, description);
     if (count_of(shape) == 0) return;
@@ -180,7 +171,7 @@ void H5Writer::State::check_finite(const std::string& name, const Shape& shape, 
 }
 
 void H5Writer::State::put_reals(const std::string& name, const Shape& shape, const double* data,
-                                const std::string& description, Storage storage) const
+                                const std::string& description, Storage storage)
 {
     check_finite(name, shape, data, 0, count_of(shape));
     if (storage == Storage::float64) return put(name, shape, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, data, description);
@@ -193,8 +184,10 @@ void H5Writer::State::put_reals(const std::string& name, const Shape& shape, con
 H5Writer::H5Writer(const std::string& path, const std::string& format, int format_version, const Provenance& provenance)
     : state_(std::make_unique<State>())
 {
+    check_format(format, format_version);
     h5::silence_errors();
     state_->path = path;
+    state_->format = format;
     state_->temporary_path = temporary_name(path);
     // Gathered before the file exists: an input that cannot be read must leave nothing behind.
     const std::string licences = merge_licences(provenance);
@@ -274,7 +267,7 @@ void H5Writer::write(const std::string& name, const std::vector<std::string>& va
         require(value.find('\0') == std::string::npos, "{}: dataset {} holds a zero byte", state_->path, name);
         texts.push_back(value.c_str());
     }
-    const Handle type = text_type();
+    const Handle type = h5::text_type();
     state_->put(name, {values.size()}, type, type, texts.data(), description);
 }
 
@@ -315,20 +308,31 @@ void H5Writer::write_slice(const std::string& name, std::size_t index, const flo
     sliced.written[index] = true;
 }
 
+void H5Writer::link(const std::string& name, const std::vector<std::size_t>& shape,
+                    const std::vector<VirtualSource>& sources, const std::string& description)
+{
+    require(!shape.empty(), "{}: dataset {} needs at least one axis", state_->path, name);
+    state_->create(name, shape, H5T_IEEE_F32LE, description, h5::virtual_creation(state_->path, name, shape, sources));
+}
+
 void H5Writer::attribute(const std::string& name, const std::string& value)
 {
     state_->put_text_attribute(state_->file, name, value);
+    state_->items.push_back({"@" + name, "text", {}});
 }
 
 void H5Writer::attribute(const std::string& name, double value)
 {
     require(std::isfinite(value), "{}: attribute {} is not finite: {}", state_->path, name, value);
     state_->put_number_attribute(state_->file, name, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, value);
+    state_->items.push_back({"@" + name, "float64", {}});
 }
 
 void H5Writer::commit()
 {
     require(!state_->committed, "{}: committed twice", state_->path);
+    const std::string violation = schema_violation(state_->format, state_->items);
+    require(violation.empty(), "{}: {}", state_->path, violation);
     for (auto& [name, sliced] : state_->sliced) {
         const auto missing = std::find(sliced.written.begin(), sliced.written.end(), false);
         require(missing == sliced.written.end(), "{}: slice {} of dataset {} was never written", state_->path,

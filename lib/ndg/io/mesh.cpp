@@ -100,6 +100,8 @@ MeshFile MeshBuilder::finish(const std::string& place_name, int first_index) &&
     return mesh;
 }
 
+}  // namespace mesh
+
 std::string lower_extension(const std::string& path)
 {
     std::string extension = std::filesystem::path(path).extension().string();
@@ -108,18 +110,16 @@ std::string lower_extension(const std::string& path)
     return extension;
 }
 
-}  // namespace mesh
-
 bool is_mesh_name(const std::string& path)
 {
-    const std::string extension = mesh::lower_extension(path);
+    const std::string extension = lower_extension(path);
     return extension == ".obj" || extension == ".ply" || extension == ".off" || extension == ".stl" ||
            extension == ".glb";
 }
 
 MeshFile read_mesh(const std::string& path)
 {
-    const std::string extension = mesh::lower_extension(path);
+    const std::string extension = lower_extension(path);
     require_input(is_mesh_name(path), "{}: unknown mesh format '{}', expected .obj, .ply, .off, .stl or .glb", path,
                   extension);
     const std::string content = read_file(path);

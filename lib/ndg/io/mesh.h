@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "ndg/core/colour.h"
 #include "ndg/core/types.h"
 
+#include <map>
 #include <string>
 #include <vector>
 
@@ -14,7 +16,15 @@ struct MeshFile {
     Triangles triangles;  ///< T x 3, empty for a point cloud
     /// One entry a triangle: the OBJ group it belongs to ("" elsewhere).
     std::vector<std::string> triangle_groups;
+
+    // Written where the format has a place for them; not read.
+    VertexColours vertex_colours;                           ///< N x 3 or empty; PLY
+    std::map<std::string, Eigen::VectorXf> vertex_scalars;  ///< N each, by the name of the property; PLY
+    std::string comment;                                    ///< any number of lines; OBJ and PLY
 };
+
+/// Extension of a file name with its dot, in lower case.
+std::string lower_extension(const std::string& path);
 
 /// Whether the name ends in .obj, .ply, .off, .stl or .glb, in either case.
 bool is_mesh_name(const std::string& path);
@@ -25,7 +35,9 @@ bool is_mesh_name(const std::string& path);
 MeshFile read_mesh(const std::string& path);
 
 /// OBJ, PLY (binary), OFF, STL (binary), by extension; coordinates in single precision. Writes to a temporary name and
-/// renames.
+/// renames. Groups may be empty. Throws Error for values that are not finite, indices out of range or other numbers of
+/// colours, scalars and groups than of vertices and triangles, InputError for an unknown extension.
+void write_mesh(const std::string& path, const MeshFile& mesh);
 void write_mesh(const std::string& path, const Eigen::Ref<const Points>& vertices,
                 const Eigen::Ref<const Triangles>& triangles);
 

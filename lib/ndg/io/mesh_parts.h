@@ -63,7 +63,4 @@ MeshFile read_off(const std::string& path, std::string_view content);
 MeshFile read_stl(const std::string& path, std::string_view content);
 MeshFile read_glb(const std::string& path, std::string_view content);
 
-/// ".obj"... in lower case.
-std::string lower_extension(const std::string& path);
-
 }  // namespace ndg::mesh

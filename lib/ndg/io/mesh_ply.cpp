@@ -6,18 +6,42 @@
 #include <cstdint>
 #include <cstring>
 #include <memory>
+#include <type_traits>
 #include <utility>
 
 namespace ndg::mesh {
 namespace {
 
-enum class Scalar { int8, uint8, int16, uint16, int32, uint32, float32, float64 };
+/// A type of the format, under both of its names.
+struct Scalar {
+    std::string_view name, sized_name;
+    std::size_t num_bytes;
+    bool is_real;
+    double (*value)(const char* bytes);
+};
+
+template <typename T>
+constexpr Scalar scalar(std::string_view name, std::string_view sized_name)
+{
+    return {name, sized_name, sizeof(T), std::is_floating_point_v<T>, [](const char* bytes) {
+                T value{};
+                std::memcpy(&value, bytes, sizeof value);
+                return static_cast<double>(value);
+            }};
+}
+
+constexpr std::array<Scalar, 8> scalars = {
+    {scalar<std::int8_t>("char", "int8"), scalar<std::uint8_t>("uchar", "uint8"),
+     scalar<std::int16_t>("short", "int16"), scalar<std::uint16_t>("ushort", "uint16"),
+     scalar<std::int32_t>("int", "int32"), scalar<std::uint32_t>("uint", "uint32"), scalar<float>("float", "float32"),
+     scalar<double>("double", "float64")}};
 
 struct Property {
     std::string name;
-    Scalar type = Scalar::float32;
-    bool is_list = false;
-    Scalar count_type = Scalar::uint8;
+    const Scalar* type = nullptr;
+    const Scalar* count_type = nullptr;  ///< of a list
+
+    bool is_list() const { return count_type != nullptr; }
 };
 
 struct Element {
@@ -32,43 +56,10 @@ struct Header {
     std::size_t num_lines = 0, num_bytes = 0;
 };
 
-std::size_t scalar_bytes(Scalar type)
+const Scalar* parse_scalar(std::string_view word, const std::string& where)
 {
-    switch (type) {
-        case Scalar::int8:
-        case Scalar::uint8:
-            return 1;
-        case Scalar::int16:
-        case Scalar::uint16:
-            return 2;
-        case Scalar::float64:
-            return 8;
-        default:
-            return 4;
-    }
-}
-
-Scalar parse_scalar(std::string_view word, const std::string& where)
-{
-    static const std::array<std::pair<std::string_view, Scalar>, 16> names = {{{"char", Scalar::int8},
-                                                                               {"int8", Scalar::int8},
-                                                                               {"uchar", Scalar::uint8},
-                                                                               {"uint8", Scalar::uint8},
-                                                                               {"short", Scalar::int16},
-                                                                               {"int16", Scalar::int16},
-                                                                               {"ushort", Scalar::uint16},
-                                                                               {"uint16", Scalar::uint16},
-                                                                               {"int", Scalar::int32},
-                                                                               {"int32", Scalar::int32},
-                                                                               {"uint", Scalar::uint32},
-                                                                               {"uint32", Scalar::uint32},
-                                                                               {"float", Scalar::float32},
-                                                                               {"float32", Scalar::float32},
-                                                                               {"double", Scalar::float64},
-                                                                               {"float64", Scalar::float64}}};
-    for (const auto& [name, type] : names) {
-        if (name == word) return type;
-    }
+    for (const Scalar& type : scalars)
+        if (type.name == word || type.sized_name == word) return &type;
     throw InputError(fmt::format("{}: unknown PLY type '{}'", where, word));
 }
 
@@ -100,12 +91,12 @@ Header read_header(const std::string& path, std::string_view content)
             header.elements.push_back({std::string(words[1]), static_cast<std::uint64_t>(count), {}});
         } else if (words[0] == "property" && words.size() == 3 && !header.elements.empty()) {
             header.elements.back().properties.push_back(
-                {std::string(words[2]), parse_scalar(words[1], where), false, Scalar::uint8});
+                {std::string(words[2]), parse_scalar(words[1], where), nullptr});
         } else if (words[0] == "property" && words.size() == 5 && words[1] == "list" && !header.elements.empty()) {
-            const bool floating = words[2].substr(0, 2) == "fl" || words[2] == "double";
-            require_input(!floating, "{}: a list cannot be counted in '{}'", where, words[2]);
+            const Scalar* count_type = parse_scalar(words[2], where);
+            require_input(!count_type->is_real, "{}: a list cannot be counted in '{}'", where, words[2]);
             header.elements.back().properties.push_back(
-                {std::string(words[4]), parse_scalar(words[3], where), true, parse_scalar(words[2], where)});
+                {std::string(words[4]), parse_scalar(words[3], where), count_type});
         } else {
             throw InputError(fmt::format("{}: cannot understand '{}'", where, line.substr(0, 60)));
         }
@@ -117,49 +108,25 @@ Header read_header(const std::string& path, std::string_view content)
 class Source {
 public:
     virtual ~Source() = default;
-    virtual double next(Scalar type, const std::string& where) = 0;
+    virtual double next(const Scalar& type, const std::string& where) = 0;
     virtual std::size_t bytes_left() const = 0;
-    virtual std::size_t least_bytes(Scalar type) const = 0;
+    virtual std::size_t least_bytes(const Scalar& type) const = 0;
 };
 
 class BinarySource : public Source {
 public:
     explicit BinarySource(std::string_view body) : body_(body) {}
     std::size_t bytes_left() const override { return body_.size(); }
-    std::size_t least_bytes(Scalar type) const override { return scalar_bytes(type); }
-    double next(Scalar type, const std::string& where) override
+    std::size_t least_bytes(const Scalar& type) const override { return type.num_bytes; }
+    double next(const Scalar& type, const std::string& where) override
     {
-        require_input(body_.size() >= scalar_bytes(type), "{}: truncated", where);
-        switch (type) {
-            case Scalar::int8:
-                return take<std::int8_t>();
-            case Scalar::uint8:
-                return take<std::uint8_t>();
-            case Scalar::int16:
-                return take<std::int16_t>();
-            case Scalar::uint16:
-                return take<std::uint16_t>();
-            case Scalar::int32:
-                return take<std::int32_t>();
-            case Scalar::uint32:
-                return take<std::uint32_t>();
-            case Scalar::float32:
-                return take<float>();
-            case Scalar::float64:
-                break;
-        }
-        return take<double>();
+        require_input(body_.size() >= type.num_bytes, "{}: truncated", where);
+        const double value = type.value(body_.data());
+        body_.remove_prefix(type.num_bytes);
+        return value;
     }
 
 private:
-    template <typename T>
-    double take()
-    {
-        T value{};
-        std::memcpy(&value, body_.data(), sizeof value);
-        body_.remove_prefix(sizeof value);
-        return static_cast<double>(value);
-    }
     std::string_view body_;
 };
 
@@ -167,8 +134,8 @@ class TextSource : public Source {
 public:
     explicit TextSource(std::string_view body) : lines_(body) {}
     std::size_t bytes_left() const override { return lines_.bytes_left(); }
-    std::size_t least_bytes(Scalar) const override { return 2; }  // a digit and a blank
-    double next(Scalar type, const std::string& where) override
+    std::size_t least_bytes(const Scalar&) const override { return 2; }  // a digit and a blank
+    double next(const Scalar& type, const std::string& where) override
     {
         while (word_ >= words_.size()) {
             std::string_view line;
@@ -177,7 +144,7 @@ public:
             word_ = 0;
         }
         const std::string_view word = words_[word_++];
-        if (type == Scalar::float32 || type == Scalar::float64) return parse_real(word, where);
+        if (type.is_real) return parse_real(word, where);
         return static_cast<double>(parse_integer(word, where));
     }
 
@@ -194,7 +161,7 @@ void check_counts(const std::string& path, const Header& header, const Source& s
     for (const Element& element : header.elements) {
         std::size_t bytes = 0;
         for (const Property& property : element.properties) {
-            bytes += source.least_bytes(property.is_list ? property.count_type : property.type);
+            bytes += source.least_bytes(property.is_list() ? *property.count_type : *property.type);
         }
         require_input(bytes > 0, "{}: element {} has no properties", path, element.name);
         require_input(element.count <= bytes_left / bytes, "{}: truncated, {} elements {} do not fit into its {} bytes",
@@ -205,10 +172,10 @@ void check_counts(const std::string& path, const Header& header, const Source& s
 
 void read_list(const Property& property, Source& source, const std::string& where, std::vector<long long>* values)
 {
-    const double count = source.next(property.count_type, where);
+    const double count = source.next(*property.count_type, where);
     require_input(count >= 0, "{}: a list of {} values", where, count);
     for (auto i = static_cast<std::int64_t>(count); i > 0; --i) {
-        const double value = source.next(property.type, where);
+        const double value = source.next(*property.type, where);
         if (values != nullptr) values->push_back(static_cast<long long>(value));
     }
 }
@@ -220,11 +187,11 @@ void read_element(const Element& element, std::uint64_t index, Source& source, M
     std::vector<long long> corners;
     const bool is_vertex = element.name == "vertex", is_face = element.name == "face";
     for (const Property& property : element.properties) {
-        if (property.is_list) {
+        if (property.is_list()) {
             const bool wanted = is_face && (property.name == "vertex_indices" || property.name == "vertex_index");
             read_list(property, source, where, wanted ? &corners : nullptr);
         } else {
-            const double value = source.next(property.type, where);
+            const double value = source.next(*property.type, where);
             if (property.name.size() == 1 && property.name[0] >= 'x' && property.name[0] <= 'z') {
                 position[static_cast<std::size_t>(property.name[0] - 'x')] = value;
             }
@@ -243,8 +210,7 @@ void check_properties(const std::string& path, const Header& header)
     for (const Element& element : header.elements) {
         const auto has = [&element](bool is_list, std::string_view name) {
             for (const Property& property : element.properties) {
-                const bool real = property.type == Scalar::float32 || property.type == Scalar::float64;
-                if (property.is_list == is_list && property.name == name) return !(is_list && real);
+                if (property.is_list() == is_list && property.name == name) return !(is_list && property.type->is_real);
             }
             return false;
         };

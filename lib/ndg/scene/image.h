@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "ndg/core/colour.h"
+
 #include <Eigen/Core>
 
 #include <array>
@@ -25,10 +27,6 @@ struct Image {
     const Pixel& at(int x, int y) const { return pixels[std::size_t(y) * std::size_t(width) + std::size_t(x)]; }
 };
 
-/// sRGB transfer function and its inverse, values in [0, 1].
-float srgb_from_linear(float value);
-float linear_from_srgb(float value);
-Eigen::Vector3f linear_from_srgb(const Eigen::Vector3f& colour);
 /// Rounded to 8 bits after encoding.
 Pixel pixel_from_linear(const Eigen::Vector3f& colour);
 

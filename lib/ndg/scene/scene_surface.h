@@ -1,14 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "ndg/core/colour.h"
 #include "ndg/core/types.h"
 
 #include <string>
 
 namespace ndg {
-
-/// N x 3 colours, one a vertex, sRGB in [0, 1].
-using VertexColours = Eigen::Matrix<float, Eigen::Dynamic, 3, Eigen::RowMajor>;
 
 /// A named surface as it is shown: rendered to a picture or written to a scene file.
 struct SceneSurface {

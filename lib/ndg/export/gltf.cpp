@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "ndg/scene/gltf.h"
-
+// Binary glTF 2.0: one named node, mesh and material a mesh, vertex normals, translucent meshes alpha-blended and drawn
+// last, vertex colours as COLOR_0, the credits as the asset's copyright.
 #include "ndg/core/error.h"
 #include "ndg/core/file.h"
 #include "ndg/core/provenance.h"
+#include "ndg/export/mesh_sequence.h"
 #include "ndg/geometry/triangle_mesh.h"
-#include "ndg/scene/image.h"
 
 #include <tiny_gltf.h>
 
 #include <algorithm>
 #include <cstring>
-#include <set>
+#include <numeric>
 #include <sstream>
 
 namespace ndg {
@@ -47,9 +47,9 @@ int add_float_rows(tinygltf::Model& model, const FloatRows& rows)
                         TINYGLTF_COMPONENT_TYPE_FLOAT, TINYGLTF_TYPE_VEC3, std::size_t(rows.rows()));
 }
 
-int add_positions(tinygltf::Model& model, const SceneSurface& layer)
+int add_positions(tinygltf::Model& model, const MeshFrame& frame)
 {
-    const FloatRows positions = layer.vertices.cast<float>();
+    const FloatRows positions = frame.vertices.cast<float>();
     const int index = add_float_rows(model, positions);
     tinygltf::Accessor& accessor = model.accessors[std::size_t(index)];
     for (int k = 0; k < 3; ++k) {
@@ -59,61 +59,59 @@ int add_positions(tinygltf::Model& model, const SceneSurface& layer)
     return index;
 }
 
-int add_normals(tinygltf::Model& model, const SceneSurface& layer)
+int add_normals(tinygltf::Model& model, const ExportedMesh& mesh, const MeshFrame& frame)
 {
-    FloatRows normals = vertex_normals(layer.vertices, layer.triangles).cast<float>();
+    FloatRows normals = vertex_normals(frame.vertices, mesh.triangles).cast<float>();
     for (Eigen::Index i = 0; i < normals.rows(); ++i)
         if (normals.row(i).squaredNorm() < 0.5f) normals.row(i) << 0.0f, 1.0f, 0.0f;  // glTF asks for unit length
     return add_float_rows(model, normals);
 }
 
-int add_indices(tinygltf::Model& model, const SceneSurface& layer)
+int add_indices(tinygltf::Model& model, const ExportedMesh& mesh)
 {
-    std::vector<std::uint32_t> indices(std::size_t(layer.triangles.size()));
-    for (std::size_t i = 0; i < indices.size(); ++i)
-        indices[i] = std::uint32_t(layer.triangles.data()[Eigen::Index(i)]);
+    const std::vector<std::uint32_t> indices(mesh.triangles.data(), mesh.triangles.data() + mesh.triangles.size());
     return add_accessor(model, indices.data(), indices.size() * sizeof(std::uint32_t),
                         TINYGLTF_TARGET_ELEMENT_ARRAY_BUFFER, TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT,
                         TINYGLTF_TYPE_SCALAR, indices.size());
 }
 
-int add_colours(tinygltf::Model& model, const SceneSurface& layer)
+int add_colours(tinygltf::Model& model, const MeshFrame& frame)
 {
-    FloatRows colours = layer.vertex_colours;
+    FloatRows colours = frame.colours;
     for (Eigen::Index i = 0; i < colours.size(); ++i) colours.data()[i] = linear_from_srgb(colours.data()[i]);
     return add_float_rows(model, colours);
 }
 
-tinygltf::Material make_material(const SceneSurface& layer)
+tinygltf::Material make_material(const ExportedMesh& mesh, bool coloured)
 {
     tinygltf::Material material;
-    material.name = layer.name;
-    const bool coloured = layer.vertex_colours.rows() > 0;
-    const Eigen::Vector3f colour = coloured ? Eigen::Vector3f(1, 1, 1) : linear_from_srgb(layer.colour);
+    material.name = mesh.name;
+    const Eigen::Vector3f colour = coloured ? Eigen::Vector3f(1, 1, 1) : linear_from_srgb(mesh.colour);
     material.pbrMetallicRoughness.baseColorFactor = {double(colour[0]), double(colour[1]), double(colour[2]),
-                                                     double(layer.opacity)};
+                                                     double(mesh.opacity)};
     material.pbrMetallicRoughness.metallicFactor = 0.0;
-    material.pbrMetallicRoughness.roughnessFactor = std::clamp(0.85 - double(layer.gloss), 0.3, 1.0);
-    material.alphaMode = layer.opacity < 1.0f ? "BLEND" : "OPAQUE";
-    material.doubleSided = layer.two_sided;
+    material.pbrMetallicRoughness.roughnessFactor = std::clamp(0.85 - double(mesh.gloss), 0.3, 1.0);
+    material.alphaMode = mesh.opacity < 1.0f ? "BLEND" : "OPAQUE";
+    material.doubleSided = mesh.two_sided;
     return material;
 }
 
-void add_layer(tinygltf::Model& model, const SceneSurface& layer)
+void add_mesh(tinygltf::Model& model, const ExportedMesh& exported, const MeshFrame& frame)
 {
+    const bool coloured = frame.colours.rows() > 0;
     tinygltf::Primitive primitive;
     primitive.mode = TINYGLTF_MODE_TRIANGLES;
-    primitive.attributes["POSITION"] = add_positions(model, layer);
-    primitive.attributes["NORMAL"] = add_normals(model, layer);
-    if (layer.vertex_colours.rows() > 0) primitive.attributes["COLOR_0"] = add_colours(model, layer);
-    primitive.indices = add_indices(model, layer);
+    primitive.attributes["POSITION"] = add_positions(model, frame);
+    primitive.attributes["NORMAL"] = add_normals(model, exported, frame);
+    if (coloured) primitive.attributes["COLOR_0"] = add_colours(model, frame);
+    primitive.indices = add_indices(model, exported);
     primitive.material = int(model.materials.size());
-    model.materials.push_back(make_material(layer));
+    model.materials.push_back(make_material(exported, coloured));
     tinygltf::Mesh mesh;
-    mesh.name = layer.name;
+    mesh.name = exported.name;
     mesh.primitives.push_back(primitive);
     tinygltf::Node node;
-    node.name = layer.name;
+    node.name = exported.name;
     node.mesh = int(model.meshes.size());
     model.meshes.push_back(mesh);
     model.scenes[0].nodes.push_back(int(model.nodes.size()));
@@ -122,29 +120,23 @@ void add_layer(tinygltf::Model& model, const SceneSurface& layer)
 
 }  // namespace
 
-void write_glb(const std::string& path, const std::vector<SceneSurface>& layers, const std::string& copyright)
+void write_glb(const std::string& path, const MeshSequence& sequence)
 {
-    require(!layers.empty(), "{} would hold no layer", path);
-    std::set<std::string> names;
-    std::vector<const SceneSurface*> ordered;
-    for (const SceneSurface& layer : layers) {
-        check_surface(layer);
-        require(names.insert(layer.name).second, "{} would hold two layers named \"{}\"", path, layer.name);
-        ordered.push_back(&layer);
-    }
     // Viewers blend in the order of the nodes: what is translucent comes last.
-    std::stable_partition(ordered.begin(), ordered.end(),
-                          [](const SceneSurface* layer) { return layer->opacity >= 1.0f; });
+    std::vector<int> order(sequence.meshes.size());
+    std::iota(order.begin(), order.end(), 0);
+    std::stable_partition(order.begin(), order.end(), [&](int k) { return sequence.meshes[k].opacity >= 1.0f; });
 
     tinygltf::Model model;
     model.asset.version = "2.0";
     model.asset.generator = "neural_deformation_gradients " + project_version();
-    model.asset.copyright = copyright;
+    model.asset.copyright = sequence.credits;
     model.buffers.resize(1);
     model.scenes.resize(1);
     model.scenes[0].name = "body";
     model.defaultScene = 0;
-    for (const SceneSurface* layer : ordered) add_layer(model, *layer);
+    const std::vector<MeshFrame> frames = sequence.frame(0);
+    for (const int k : order) add_mesh(model, sequence.meshes[k], frames[k]);
     std::ostringstream stream;
     tinygltf::TinyGLTF writer;
     require(writer.WriteGltfSceneToStream(&model, stream, false, true), "{} could not be encoded as glTF", path);

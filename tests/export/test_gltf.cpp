@@ -1,20 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "ndg/scene/gltf.h"
-
-#include "ndg/core/error.h"
+#include "export/sequences.h"
 #include "ndg/core/file.h"
-#include "scene/shapes.h"
+#include "ndg/export/export_meshes.h"
 #include "support/support.h"
 
 #include <tiny_gltf.h>
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <cstring>
 
 using namespace ndg;
-using ndg::test::sphere;
-using ndg::test::square;
+using ndg::test::body_like;
 
 namespace {
 
@@ -26,23 +24,12 @@ std::uint32_t word(const std::string& bytes, std::size_t offset)
     return value;
 }
 
-std::vector<SceneSurface> body_like()
-{
-    SceneSurface skin = sphere("skin", 0.9, 2, {0.8f, 0.7f, 0.6f});
-    skin.opacity = 0.4f;
-    SceneSurface bones = sphere("bones", 0.3, 1, {0.9f, 0.9f, 0.8f});
-    bones.vertices.rowwise() += Eigen::RowVector3d(0.1, 0.2, 0.3);
-    SceneSurface coloured = square("muscle_wrap", 0.5, 0.25, {1, 0, 0});
-    coloured.vertex_colours = VertexColours::Constant(4, 3, 0.5f);
-    return {skin, bones, coloured};
-}
-
 }  // namespace
 
 TEST_CASE("The container is a version 2 GLB of a padded JSON chunk and a binary chunk")
 {
     const test::TemporaryFolder folder;
-    write_glb(folder.file("a.glb"), body_like(), "CC0 1.0");
+    export_meshes(folder.file("a.glb"), body_like());
     const std::string bytes = read_file(folder.file("a.glb"));
     CHECK(bytes.substr(0, 4) == "glTF");
     CHECK(word(bytes, 4) == 2);
@@ -65,8 +52,9 @@ TEST_CASE("The container is a version 2 GLB of a padded JSON chunk and a binary 
 TEST_CASE("Nodes, accessors and materials survive reading by tinygltf")
 {
     const test::TemporaryFolder folder;
-    const std::vector<SceneSurface> layers = body_like();
-    write_glb(folder.file("a.glb"), layers);
+    const MeshSequence sequence = body_like();
+    const std::vector<MeshFrame> frames = sequence.frame(0);
+    export_meshes(folder.file("a.glb"), sequence);
     tinygltf::Model model;
     std::string error, warning;
     REQUIRE(tinygltf::TinyGLTF().LoadBinaryFromFile(&model, &error, &warning, folder.file("a.glb")));
@@ -81,21 +69,21 @@ TEST_CASE("Nodes, accessors and materials survive reading by tinygltf")
 
     for (const tinygltf::Node& node : model.nodes) {
         INFO(node.name);
-        const SceneSurface* layer = nullptr;
-        for (const SceneSurface& candidate : layers)
-            if (candidate.name == node.name) layer = &candidate;
-        REQUIRE(layer != nullptr);
+        const auto mesh = std::find_if(sequence.meshes.begin(), sequence.meshes.end(),
+                                       [&](const ExportedMesh& candidate) { return candidate.name == node.name; });
+        REQUIRE(mesh != sequence.meshes.end());
+        const MeshFrame& frame = frames[mesh - sequence.meshes.begin()];
         const tinygltf::Primitive& primitive = model.meshes[std::size_t(node.mesh)].primitives.at(0);
         const tinygltf::Accessor& positions = model.accessors[std::size_t(primitive.attributes.at("POSITION"))];
         const tinygltf::Accessor& normals = model.accessors[std::size_t(primitive.attributes.at("NORMAL"))];
         const tinygltf::Accessor& indices = model.accessors[std::size_t(primitive.indices)];
-        CHECK(positions.count == std::size_t(layer->vertices.rows()));
+        CHECK(positions.count == std::size_t(frame.vertices.rows()));
         CHECK(normals.count == positions.count);
-        CHECK(indices.count == std::size_t(layer->triangles.size()));
+        CHECK(indices.count == std::size_t(mesh->triangles.size()));
         CHECK(indices.componentType == TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT);
         for (int k = 0; k < 3; ++k) {
-            CHECK(positions.minValues.at(std::size_t(k)) == Approx(layer->vertices.col(k).minCoeff()).epsilon(1e-6));
-            CHECK(positions.maxValues.at(std::size_t(k)) == Approx(layer->vertices.col(k).maxCoeff()).epsilon(1e-6));
+            CHECK(positions.minValues.at(std::size_t(k)) == Approx(frame.vertices.col(k).minCoeff()).epsilon(1e-6));
+            CHECK(positions.maxValues.at(std::size_t(k)) == Approx(frame.vertices.col(k).maxCoeff()).epsilon(1e-6));
         }
         const auto data = [&](const tinygltf::Accessor& accessor) {
             const tinygltf::BufferView& view = model.bufferViews[std::size_t(accessor.bufferView)];
@@ -105,30 +93,26 @@ TEST_CASE("Nodes, accessors and materials survive reading by tinygltf")
         float position[3], normal[3];
         std::uint32_t index = 0;
         std::memcpy(position, data(positions) + 3 * 3 * sizeof(float), sizeof position);  // vertex 3
-        for (int k = 0; k < 3; ++k) CHECK(position[k] == float(layer->vertices(3, k)));
+        for (int k = 0; k < 3; ++k) CHECK(position[k] == float(frame.vertices(3, k)));
         for (std::size_t i = 0; i < normals.count; ++i) {
             std::memcpy(normal, data(normals) + 3 * i * sizeof(float), sizeof normal);
             CHECK(std::hypot(normal[0], normal[1], normal[2]) == Approx(1.0).margin(1e-5));
         }
         std::memcpy(&index, data(indices) + 4 * sizeof(std::uint32_t), sizeof index);
-        CHECK(int(index) == layer->triangles(1, 1));
+        CHECK(int(index) == mesh->triangles(1, 1));
 
         const tinygltf::Material& material = model.materials[std::size_t(primitive.material)];
         CHECK(material.name == node.name);
-        CHECK(material.alphaMode == (layer->opacity < 1 ? "BLEND" : "OPAQUE"));
-        CHECK(material.pbrMetallicRoughness.baseColorFactor.at(3) == Approx(layer->opacity));
-        CHECK(primitive.attributes.count("COLOR_0") == std::size_t(layer->vertex_colours.rows() > 0 ? 1 : 0));
+        CHECK(material.alphaMode == (mesh->opacity < 1 ? "BLEND" : "OPAQUE"));
+        CHECK(material.pbrMetallicRoughness.baseColorFactor.at(3) == Approx(mesh->opacity));
+        CHECK(primitive.attributes.count("COLOR_0") == std::size_t(frame.colours.rows() > 0 ? 1 : 0));
     }
 }
 
-TEST_CASE("The same layers give the same bytes; malformed ones are refused")
+TEST_CASE("The same meshes give the same bytes")
 {
     const test::TemporaryFolder folder;
-    write_glb(folder.file("a.glb"), body_like());
-    write_glb(folder.file("b.glb"), body_like());
+    export_meshes(folder.file("a.glb"), body_like());
+    export_meshes(folder.file("b.glb"), body_like());
     CHECK(read_file(folder.file("a.glb")) == read_file(folder.file("b.glb")));
-    std::vector<SceneSurface> twice = body_like();
-    twice[1].name = "skin";
-    CHECK_THROWS_WITH(write_glb(folder.file("c.glb"), twice), Catch::Contains("skin"));
-    CHECK_THROWS_AS(write_glb(folder.file("c.glb"), {}), Error);
 }

@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "ndg/export/export_meshes.h"
+
+#include "ndg/core/error.h"
+#include "ndg/io/mesh.h"
+
+#include <algorithm>
+#include <set>
+
+namespace ndg {
+
+#define NDG_EXPORT_FORMAT(extension, frames, write, summary) void write(const std::string&, const MeshSequence&);
+#include "ndg/export/formats.def"
+#undef NDG_EXPORT_FORMAT
+
+namespace {
+
+void check_meshes(const std::string& path, const MeshSequence& sequence)
+{
+    require(!sequence.meshes.empty() && sequence.num_frames > 0, "{} would hold no mesh", path);
+    std::set<std::string> names;
+    for (const ExportedMesh& mesh : sequence.meshes) {
+        require(!mesh.name.empty() && names.insert(mesh.name).second, "{} would hold two meshes named \"{}\"", path,
+                mesh.name);
+        require(mesh.triangles.rows() > 0 && mesh.triangles.minCoeff() >= 0, "{}: {} has no or negative triangles",
+                path, mesh.name);
+        require(mesh.opacity >= 0.0f && mesh.opacity <= 1.0f, "{}: the opacity of {} is {}, not in [0, 1]", path,
+                mesh.name, mesh.opacity);
+    }
+}
+
+void check_frame(const std::string& path, const ExportedMesh& mesh, const MeshFrame& frame)
+{
+    const Eigen::Index num_vertices = frame.vertices.rows();
+    require(mesh.triangles.maxCoeff() < num_vertices, "{}: {} has a triangle index outside its {} vertices", path,
+            mesh.name, num_vertices);
+    require(frame.vertices.allFinite(), "{}: {} has a vertex that is not finite", path, mesh.name);
+    require(frame.colours.rows() == 0 || frame.colours.rows() == num_vertices, "{}: {} has {} colours for {} vertices",
+            path, mesh.name, frame.colours.rows(), num_vertices);
+    for (const auto& [name, values] : frame.scalars)
+        require(values.size() == num_vertices && values.allFinite(), "{}: {} of {} is not one finite value a vertex",
+                path, name, mesh.name);
+}
+
+/// The same sequence, each frame checked as it is asked for.
+MeshSequence checked(const std::string& path, const MeshSequence& sequence)
+{
+    check_meshes(path, sequence);
+    MeshSequence result = sequence;
+    result.frame = [path, &sequence, num_vertices = std::vector<Eigen::Index>()](int frame_idx) mutable {
+        std::vector<MeshFrame> frames = sequence.frame(frame_idx);
+        require(frames.size() == sequence.meshes.size(), "{}: frame {} has {} meshes instead of {}", path, frame_idx,
+                frames.size(), sequence.meshes.size());
+        for (std::size_t k = 0; k < frames.size(); ++k) {
+            check_frame(path, sequence.meshes[k], frames[k]);
+            if (num_vertices.size() == k) num_vertices.push_back(frames[k].vertices.rows());
+            require(frames[k].vertices.rows() == num_vertices[k], "{}: {} has {} vertices in frame {} instead of {}",
+                    path, sequence.meshes[k].name, frames[k].vertices.rows(), frame_idx, num_vertices[k]);
+        }
+        return frames;
+    };
+    return result;
+}
+
+}  // namespace
+
+const std::vector<ExportFormat>& export_formats()
+{
+    static const std::vector<ExportFormat> formats = {
+#define NDG_EXPORT_FORMAT(extension, frames, write, summary) {extension, Frames::frames, write, summary},
+#include "ndg/export/formats.def"
+#undef NDG_EXPORT_FORMAT
+    };
+    return formats;
+}
+
+const ExportFormat& export_format(const std::string& path)
+{
+    const std::string extension = lower_extension(path);
+    std::string known;
+    for (const ExportFormat& format : export_formats()) {
+        if (format.extension == extension) return format;
+        known += (known.empty() ? "" : ", ") + format.extension;
+    }
+    throw InputError(fmt::format("{}: meshes cannot be written as '{}'; known are {}", path, extension, known));
+}
+
+std::vector<std::string> exported_files(const std::string& path, int num_frames)
+{
+    if (export_format(path).frames == Frames::one_file) return {path};
+    if (path.find_first_of("{}") == std::string::npos) {
+        require_input(num_frames == 1, "{}: {} frames need the place of their number in the name, like {{:04}}", path,
+                      num_frames);
+        return {path};
+    }
+    std::vector<std::string> files;
+    try {
+        for (int i = 0; i < num_frames; ++i) files.push_back(fmt::format(fmt::runtime(path), i));
+    } catch (const fmt::format_error& error) {
+        throw InputError(
+            fmt::format("{}: the place of the frame's number is written {{}} or {{:04}} ({})", path, error.what()));
+    }
+    return files;
+}
+
+void export_meshes(const std::string& path, const MeshSequence& sequence)
+{
+    const ExportFormat& format = export_format(path);
+    const std::vector<std::string> files = exported_files(path, sequence.num_frames);
+    const MeshSequence whole = checked(path, sequence);
+    if (format.frames == Frames::one_file) return format.write(path, whole);
+    MeshSequence single = whole;
+    single.num_frames = 1;
+    for (int i = 0; i < whole.num_frames; ++i) {
+        single.frame = [&](int) { return whole.frame(i); };
+        format.write(files[i], single);
+    }
+}
+
+}  // namespace ndg

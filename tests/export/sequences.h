@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+// A small sequence for the tests of writers.
+#pragma once
+
+#include "ndg/export/mesh_sequence.h"
+
+namespace ndg::test {
+
+/// A translucent tetrahedron, a solid one and two coloured triangles with a scalar; each frame lies 1 m higher.
+inline MeshSequence body_like(int num_frames = 1)
+{
+    const Triangles faces = (Triangles(4, 3) << 0, 2, 1, 0, 1, 3, 1, 2, 3, 0, 3, 2).finished();
+    MeshSequence sequence;
+    sequence.meshes = {{"skin", faces, {0.8f, 0.7f, 0.6f}, 0.4f},
+                       {"bones", faces, {1.0f, 0.6f, 0.2f}},
+                       {"muscle_wrap", faces.topRows(2), {1, 0, 0}}};
+    sequence.num_frames = num_frames;
+    sequence.credits = "CC0 1.0";
+    sequence.frame = [](int frame_idx) {
+        Points corners = (Points(4, 3) << 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1).finished();
+        corners.col(1).array() += frame_idx;
+        Eigen::VectorXf depth(4);
+        depth << 0.25f, -0.5f, 2.0f, 0.0f;
+        return std::vector<MeshFrame>{
+            {corners}, {0.5 * corners}, {corners, VertexColours::Constant(4, 3, 0.5f), {{"depth", depth}}}};
+    };
+    return sequence;
+}
+
+}  // namespace ndg::test
