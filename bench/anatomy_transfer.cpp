@@ -133,7 +133,7 @@ int main(int argc, char** argv)
             const BodySet set = read_bodies(bodies_path, t);
             const auto last = static_cast<int>(set.bodies.size());
             for (int i = 0; i < std::min(num_bodies, last); ++i)
-                bodies.push_back(set.bodies[static_cast<std::size_t>(i * last / std::min(num_bodies, last))]);
+                bodies.push_back(set.bodies[i * last / std::min(num_bodies, last)]);
         }
         const int num_wrap = t.num_wrap_vertices();
         const auto wrap_of = [&](const Body& body, int layer) {
@@ -149,7 +149,7 @@ int main(int argc, char** argv)
         for (const AnatomyPart& part : t.anatomy_parts)
             for (int v = part.vertex_begin; v < part.vertex_end; v += stride) {
                 const int layer = part.layer == AnatomyLayer::bone ? 0 : 1;
-                if (t.embedding.elements[static_cast<std::size_t>(v)] < 0) continue;
+                if (t.embedding.elements[v] < 0) continue;
                 if (template_wraps[layer].depth(t.anatomy_vertices.row(v).transpose()) > 0.0)
                     checked.push_back({v, layer});
             }
@@ -157,7 +157,7 @@ int main(int argc, char** argv)
         const auto centres_of = [&](const Points& volume, int count) {
             const auto rows = std::min<Eigen::Index>(count, static_cast<Eigen::Index>(order.size()));
             Points result(rows, 3);
-            for (Eigen::Index i = 0; i < rows; ++i) result.row(i) = volume.row(order[static_cast<std::size_t>(i)]);
+            for (Eigen::Index i = 0; i < rows; ++i) result.row(i) = volume.row(order[i]);
             return result;
         };
         fmt::print("{:<22}{:>12}{:>26}{:>28}\n", "", "core-s/body", "bones out of bone wrap",

@@ -49,9 +49,7 @@ std::vector<NamedPose> pick_poses(const PoseSet& poses, const Points& joint_posi
     const ClinicalFrames frames(joint_positions);
     std::vector<std::vector<double>> angles;
     for (const Pose& pose : poses.poses) angles.push_back(frames.angles(pose));
-    const auto angle = [&](int pose, const std::string& name) {
-        return angles[static_cast<std::size_t>(pose)][static_cast<std::size_t>(find_clinical_angle(name))];
-    };
+    const auto angle = [&](int pose, const std::string& name) { return angles[pose][find_clinical_angle(name)]; };
     const auto both = [&](int pose, const std::string& name) {
         return std::min(angle(pose, "left_" + name), angle(pose, "right_" + name));
     };
@@ -88,12 +86,11 @@ std::vector<NamedPose> pick_poses(const PoseSet& poses, const Points& joint_posi
                                degree * angle(pose, "right_" + joint));
         };
         fmt::print(
-            "{:<15} {:>10}  {:<26}  {:<8}  {:<9}  {:<10}  {:<8}  {}\n", name, p,
-            poses.clip_names[static_cast<std::size_t>(poses.clip_idx[static_cast<std::size_t>(p)])],
+            "{:<15} {:>10}  {:<26}  {:<8}  {:<9}  {:<10}  {:<8}  {}\n", name, p, poses.clip_names[poses.clip_idx[p]],
             pair("knee.flexion"), pair("shoulder.elevation"),
             fmt::format("{:.0f} {:+.0f}", degree * angle(p, "trunk.flexion"), degree * angle(p, "trunk.turn_left")),
             pair("hip.flexion"), pair("elbow.flexion"));
-        result.push_back({name, poses.poses[static_cast<std::size_t>(p)]});
+        result.push_back({name, poses.poses[p]});
     }
     return result;
 }
@@ -118,7 +115,7 @@ Case read_case(const std::string& template_path, const std::string& bodies_path,
         const auto available = static_cast<long>(all.size());
         const long used = std::min<long>(num_bodies, available);
         result.bodies.clear();
-        for (long b = 0; b < used; ++b) result.bodies.push_back(all[static_cast<std::size_t>(b * available / used)]);
+        for (long b = 0; b < used; ++b) result.bodies.push_back(all[b * available / used]);
     }
     require_input(!poses_path.empty(), "--poses must be given with --template");
     result.poses = pick_poses(read_poses(poses_path), result.body_template.rest.joint_positions, num_poses);

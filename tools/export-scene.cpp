@@ -60,7 +60,7 @@ BodyGeometry geometry_of(const Selection& selection, const Inputs& inputs)
 
 /// The surfaces of a body that are exported: all, or the one called `surface`.
 std::vector<SceneSurface> exported_surfaces(const Template& body_template, const BodyGeometry& geometry,
-                                   const std::string& surface)
+                                            const std::string& surface)
 {
     std::vector<SceneSurface> surfaces = anatomy_surfaces(body_template, geometry);
     surfaces.push_back(bone_wrap_surface(body_template, geometry));
@@ -72,8 +72,8 @@ std::vector<SceneSurface> exported_surfaces(const Template& body_template, const
         surfaces[surfaces.size() - 2].opacity = 0.5f;
         return surfaces;
     }
-    const auto found =
-        std::find_if(surfaces.begin(), surfaces.end(), [&](const SceneSurface& candidate) { return candidate.name == surface; });
+    const auto found = std::find_if(surfaces.begin(), surfaces.end(),
+                                    [&](const SceneSurface& candidate) { return candidate.name == surface; });
     require_input(found != surfaces.end(), "--surface {}: the template has none", surface);
     return {*found};
 }
@@ -113,8 +113,8 @@ MeshSequence mesh_sequence(const Selection& asked, int num_frames, const std::st
     const Selection first = selected(0);
     MeshSequence sequence;
     for (const SceneSurface& candidate : exported_surfaces(body_template, geometry_of(first, inputs), surface))
-        sequence.meshes.push_back(
-            {candidate.name, candidate.triangles, candidate.colour, candidate.opacity, candidate.gloss, candidate.two_sided});
+        sequence.meshes.push_back({candidate.name, candidate.triangles, candidate.colour, candidate.opacity,
+                                   candidate.gloss, candidate.two_sided});
     sequence.num_frames = num_frames;
     if (first.pose_idx >= 0) sequence.frame_rate = inputs.poses.clip_frame_rates[inputs.poses.clip_idx[first.pose_idx]];
     sequence.frame = [selected, surface, &settings, &inputs, &body_template](int frame_idx) {

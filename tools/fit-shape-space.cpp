@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "ndg/dataset/splits.h"
 #include "ndg/body/shape_space.h"
 #include "ndg/body/template.h"
 #include "ndg/core/log.h"
 #include "ndg/core/tool.h"
+#include "ndg/dataset/splits.h"
 
 #include <fmt/format.h>
 
@@ -67,7 +67,7 @@ int main(int argc, char** argv)
         std::vector<char> is_train(bodies.bodies.size(), splits_path.empty());
         if (!splits_path.empty()) {
             const std::vector<int> chosen = read_splits(splits_path, num_bodies).bodies.at("train");
-            for (const int body_idx : chosen) is_train[static_cast<std::size_t>(body_idx)] = 1;
+            for (const int body_idx : chosen) is_train[body_idx] = 1;
         }
 
         Shapes train, held_out, all;
@@ -78,7 +78,7 @@ int main(int argc, char** argv)
         log_info("Fitting a shape space to {} of {} bodies", train.size(), num_bodies);
         const ShapeSpace space = fit_shape_space(train, max_components, variance);
         RowMatrix codes(num_bodies, space.dimension());
-        for (int i = 0; i < num_bodies; ++i) codes.row(i) = space.encode(*all[static_cast<std::size_t>(i)]).transpose();
+        for (int i = 0; i < num_bodies; ++i) codes.row(i) = space.encode(*all[i]).transpose();
         write_shape_space(output_path, space, codes, reconstruction_errors(space, all, space.dimension()).means,
                           tool.provenance());
         fmt::print("{}: {} components of {} training bodies explain {:.4f} % of the variance; {} bodies held out\n",

@@ -33,7 +33,7 @@ PoseSet own_poses(const MotionFile& file, const Points& joint_positions, double 
     MotionClip clip;
     clip.name = motion.name;
     clip.frame_rate = motion.frame_rate;
-    clip.world_from_joint.resize(static_cast<std::size_t>(motion.num_frames()));
+    clip.world_from_joint.resize(motion.num_frames());
     poses.clip_names.front() = names.add(clip, file.path);
     if (licences.find(motion.licence) == std::string::npos) licences += (licences.empty() ? "" : "; ") + motion.licence;
     return poses;

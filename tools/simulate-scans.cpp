@@ -45,7 +45,7 @@ int main(int argc, char** argv)
         ScanTruth truth;
         std::size_t points = 0;
         for (int b = first; b < end; ++b) {
-            const Skin& body = skins.bodies[static_cast<std::size_t>(b)];
+            const Skin& body = skins.bodies[b];
             SimulatedScan simulated = simulate_scan(
                 {body.skin_vertices, body_template.skin_triangles, body_template.skin_weights, body.joint_positions},
                 options, tool.seed(), b);

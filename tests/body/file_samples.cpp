@@ -62,7 +62,7 @@ void write_example_shape_space(const std::string& path, const BodySet& bodies)
     const ShapeSpace space = example_shape_space(bodies);
     RowMatrix codes(static_cast<Eigen::Index>(bodies.bodies.size()), space.dimension());
     for (Eigen::Index i = 0; i < codes.rows(); ++i) {
-        codes.row(i) = space.encode(bodies.bodies[static_cast<std::size_t>(i)].volume_vertices).transpose();
+        codes.row(i) = space.encode(bodies.bodies[i].volume_vertices).transpose();
     }
     write_shape_space(path, space, codes, std::vector<double>(bodies.bodies.size(), 0.0), example_provenance());
 }

@@ -76,8 +76,8 @@ TEST_CASE("Embedded points inside are reproduced and follow affine maps", "[embe
     for (Eigen::Index i = 0; i < points.rows(); ++i) {
         CHECK(embedding.weights.row(i).sum() == Approx(1.0).margin(1e-12));
         CHECK(embedding.weights.row(i).minCoeff() > -1e-8);
-        CHECK(embedding.distances[static_cast<std::size_t>(i)] == 0.0);
-        const int element = embedding.elements[static_cast<std::size_t>(i)];
+        CHECK(embedding.distances[i] == 0.0);
+        const int element = embedding.elements[i];
         if (element < tube.num_prisms()) {
             CHECK(embedding.vertices.row(i) == tube.prisms.row(element));
         } else {
@@ -107,7 +107,7 @@ TEST_CASE("The anatomy of the tube bends with it", "[embedding]")
     CHECK((moved.row(0) - tube.anatomy_vertices.row(0)).norm() < 1e-9);
     const int top = tube.anatomy_parts[0].vertex_end - 1;
     const Eigen::Vector3d rest_top = tube.anatomy_vertices.row(top).transpose();
-    const Eigen::Vector3d expected = motions[static_cast<std::size_t>(tube.skeleton.joint("left_forearm"))] * rest_top;
+    const Eigen::Vector3d expected = motions[tube.skeleton.joint("left_forearm")] * rest_top;
     CHECK((moved.row(top).transpose() - expected).norm() < 1e-9);
 }
 
@@ -125,7 +125,7 @@ TEST_CASE("Outside points take the nearest point of the volume and report the di
     const Points nearest = apply_embedding(embedding, rest.volume_vertices, rest.interior_vertices);
     const TriangleTree skin(rest.volume_vertices.bottomRows(tube.num_wrap_vertices()), tube.wrap_triangles);
     for (Eigen::Index i = 0; i < points.rows(); ++i) {
-        const double distance = embedding.distances[static_cast<std::size_t>(i)];
+        const double distance = embedding.distances[i];
         CHECK(distance == Approx(skin.closest(points.row(i).transpose()).distance).margin(1e-9));
         CHECK((nearest.row(i) - points.row(i)).norm() == Approx(distance).margin(1e-9));
         CHECK(embedding.weights.row(i).minCoeff() >= 0.0);
@@ -159,7 +159,7 @@ TEST_CASE("The distance to a twisted side of a prism is the smallest over the pr
                 }
             }
         }
-        const double distance = embedding.distances[static_cast<std::size_t>(i)];
+        const double distance = embedding.distances[i];
         CHECK(distance <= sampled + 1e-9);
         CHECK(distance >= sampled - 2e-3);
     }

@@ -87,7 +87,7 @@ TEST_CASE("Templates come back from their file exactly", "[files]")
     tube.source_name = "procedural";
     tube.source_joint_offsets = Points::Constant(num_standard_joints, 3, 0.01);
     tube.skin_region_names = {"body", "head"};
-    tube.skin_regions.assign(static_cast<std::size_t>(tube.skin_triangles.rows()), 1);
+    tube.skin_regions.assign(tube.skin_triangles.rows(), 1);
     tube.landmarks = {{"top", 3, {0.2, 0.3, 0.5}}};
     tube.anatomy_parts[1].fma_id = 22431;
     tube.anatomy_parts[1].side = BodySide::left;

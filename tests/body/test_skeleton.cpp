@@ -65,8 +65,8 @@ TEST_CASE("The standard skeleton has 60 distinct joints, parents first, left and
     CHECK(skeleton.joint("right_toes") == 59);
 
     const auto parent_name = [&](const std::string& name) {
-        const int parent = skeleton.parents[static_cast<std::size_t>(skeleton.joint(name))];
-        return skeleton.joint_names[static_cast<std::size_t>(parent)];
+        const int parent = skeleton.parents[skeleton.joint(name)];
+        return skeleton.joint_names[parent];
     };
     CHECK(parent_name("neck_1") == "spine_5");
     CHECK(parent_name("left_clavicle") == "spine_5");
@@ -76,9 +76,9 @@ TEST_CASE("The standard skeleton has 60 distinct joints, parents first, left and
     CHECK(parent_name("left_thigh") == "pelvis");
     CHECK(parent_name("jaw") == "head");
     for (int j = 1; j < 60; ++j) {
-        const std::string& name = skeleton.joint_names[static_cast<std::size_t>(j)];
-        CHECK(skeleton.parents[static_cast<std::size_t>(j)] >= 0);
-        CHECK(skeleton.parents[static_cast<std::size_t>(j)] < j);
+        const std::string& name = skeleton.joint_names[j];
+        CHECK(skeleton.parents[j] >= 0);
+        CHECK(skeleton.parents[j] < j);
         if (name.rfind("left_", 0) != 0) continue;
         std::string mirrored_parent = parent_name(name);
         if (mirrored_parent.rfind("left_", 0) == 0) mirrored_parent.replace(0, 4, "right");
@@ -102,15 +102,15 @@ TEST_CASE("A bent joint turns its own side of the body about itself", "[skeleton
     const int shin = skeleton.joint("left_shin"), foot = skeleton.joint("left_foot");
     Pose pose = Pose::rest(60);
     const Eigen::Matrix3d bend = rotation(0.8, {1, 0, 0});
-    pose.parent_from_joint[static_cast<std::size_t>(shin)] = bend;
+    pose.parent_from_joint[shin] = bend;
     const auto motions = forward_kinematics(skeleton, positions, pose);
 
     const Eigen::Vector3d knee = positions.row(shin).transpose(), point(0.1, 0.2, 0.3);
     const Eigen::Vector3d expected = knee + bend * (point - knee);
-    CHECK((motions[static_cast<std::size_t>(shin)] * point - expected).norm() < 1e-14);
-    CHECK((motions[static_cast<std::size_t>(foot)] * point - expected).norm() < 1e-14);
-    CHECK((motions[static_cast<std::size_t>(skeleton.joint("left_thigh"))] * point - point).norm() < 1e-15);
-    CHECK((motions[static_cast<std::size_t>(skeleton.joint("right_foot"))] * point - point).norm() < 1e-15);
+    CHECK((motions[shin] * point - expected).norm() < 1e-14);
+    CHECK((motions[foot] * point - expected).norm() < 1e-14);
+    CHECK((motions[skeleton.joint("left_thigh")] * point - point).norm() < 1e-15);
+    CHECK((motions[skeleton.joint("right_foot")] * point - point).norm() < 1e-15);
 }
 
 TEST_CASE("Motions of a chain are products of rotations about rest joints", "[skeleton]")
@@ -121,12 +121,11 @@ TEST_CASE("Motions of a chain are products of rotations about rest joints", "[sk
     const auto motions = forward_kinematics(skeleton, positions, pose);
     for (int j = 0; j < 60; ++j) {
         Eigen::Matrix4d expected = Eigen::Matrix4d::Identity();
-        for (int k = j; k >= 0; k = skeleton.parents[static_cast<std::size_t>(k)]) {
-            expected =
-                about(pose.parent_from_joint[static_cast<std::size_t>(k)], positions.row(k).transpose()) * expected;
+        for (int k = j; k >= 0; k = skeleton.parents[k]) {
+            expected = about(pose.parent_from_joint[k], positions.row(k).transpose()) * expected;
         }
         expected.topRightCorner<3, 1>() += pose.root_translation;
-        CHECK((motions[static_cast<std::size_t>(j)].matrix() - expected).norm() < 1e-12);
+        CHECK((motions[j].matrix() - expected).norm() < 1e-12);
     }
 }
 

@@ -74,8 +74,7 @@ TEST_CASE("The test tube is a valid layered body", "[template]")
     CHECK(closed_surface_defect(tube.rest.skin_vertices, tube.skin_triangles).empty());
     CHECK(check_prisms(tube.rest.volume_vertices, tube.prisms).num_invalid == 0);
     for (int i = 0; i < num_wrap; ++i) {
-        CHECK(tube.rest.volume_vertices.row(2 * num_wrap + i) ==
-              tube.rest.skin_vertices.row(tube.wrap_to_skin[static_cast<std::size_t>(i)]));
+        CHECK(tube.rest.volume_vertices.row(2 * num_wrap + i) == tube.rest.skin_vertices.row(tube.wrap_to_skin[i]));
     }
 
     // Tetrahedra are positive, fill the wrap, match at every face, and end at the wrap triangles and the two caps.
@@ -90,7 +89,7 @@ TEST_CASE("The test tube is a valid layered body", "[template]")
         for (int left_out = 0; left_out < 4; ++left_out) {
             std::array<int, 3> face;
             for (int k = 0, n = 0; k < 4; ++k) {
-                if (k != left_out) face[static_cast<std::size_t>(n++)] = tube.tetrahedra(t, k);
+                if (k != left_out) face[n++] = tube.tetrahedra(t, k);
             }
             std::sort(face.begin(), face.end());
             ++faces[face];
@@ -113,8 +112,8 @@ TEST_CASE("The test tube is a valid layered body", "[template]")
     CHECK(closed_surface_defect(tube.anatomy_vertices, tube.anatomy_triangles).empty());
     for (const AnatomyPart& part : tube.anatomy_parts) {
         for (int i = part.vertex_begin; i < part.vertex_end; ++i) {
-            CHECK(tube.embedding.distances[static_cast<std::size_t>(i)] == 0.0);
-            const int element = tube.embedding.elements[static_cast<std::size_t>(i)];
+            CHECK(tube.embedding.distances[i] == 0.0);
+            const int element = tube.embedding.elements[i];
             CHECK((part.layer == AnatomyLayer::bone ? element >= tube.num_prisms() : element < tube.fat_begin()));
         }
     }
@@ -136,7 +135,7 @@ TEST_CASE("Weights of volume vertices and prisms come from the skin", "[template
         return sum;
     };
     for (Eigen::Index i = 0; i < volume.size(); ++i) {
-        const int skin_vertex = tube.wrap_to_skin[static_cast<std::size_t>(i % tube.num_wrap_vertices())];
+        const int skin_vertex = tube.wrap_to_skin[i % tube.num_wrap_vertices()];
         CHECK(volume.weights.row(i) == tube.skin_weights.weights.row(skin_vertex));
     }
     for (Eigen::Index p = 0; p < prisms.size(); ++p) {

@@ -111,7 +111,7 @@ TEST_CASE("permutation: complete, reproducible, every place equally likely")
     constexpr int count = 9000;
     for (int i = 0; i < count; ++i) {
         const auto small = Random(2, "p", static_cast<std::uint64_t>(i)).permutation(3);
-        for (int place = 0; place < 3; ++place) ++counts[place][small[static_cast<std::size_t>(place)]];
+        for (int place = 0; place < 3; ++place) ++counts[place][small[place]];
     }
     for (const auto& row : counts) {
         for (const int hits : row) CHECK(hits == Approx(3000).margin(5 * std::sqrt(2000.0)));

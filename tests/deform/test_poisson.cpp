@@ -80,8 +80,7 @@ TEST_CASE("Another body of the same template reuses the object")
     const Points other = 1.3 * jittered(tube.rest.volume_vertices, 0.001);
     poisson.set_rest(RestOperators(tube.prisms, other));
     const PoissonReconstruction fresh(RestOperators(tube.prisms, other), tube.num_wrap_vertices());
-    const std::vector<Eigen::Matrix3d> rotations(static_cast<std::size_t>(tube.num_prisms()),
-                                                 Eigen::Matrix3d::Identity());
+    const std::vector<Eigen::Matrix3d> rotations(tube.num_prisms(), Eigen::Matrix3d::Identity());
     const Points bone_wrap = other.topRows(tube.num_wrap_vertices());
     REQUIRE(largest_distance(poisson.reconstruct(rotations, bone_wrap), other) < 1e-10);
     REQUIRE((poisson.reconstruct(rotations, bone_wrap) - fresh.reconstruct(rotations, bone_wrap)).norm() == 0);

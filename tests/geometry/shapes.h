@@ -50,8 +50,7 @@ inline Surface icosphere(double radius, int levels)
             const auto key = std::make_pair(std::min(a, b), std::max(a, b));
             const auto [entry, added] = middle_of.emplace(key, static_cast<int>(vertices.size()));
             if (added) {
-                const Eigen::RowVector3d sum =
-                    vertices[static_cast<std::size_t>(a)] + vertices[static_cast<std::size_t>(b)];
+                const Eigen::RowVector3d sum = vertices[a] + vertices[b];
                 vertices.push_back(sum);
             }
             return entry->second;

@@ -92,11 +92,11 @@ TEST_CASE("adaptive remeshing of an open hemisphere with two regions")
         rows.push_back(static_cast<int>(t));
         labels.push_back(centroid_height(sphere, t) > 0.1 ? 2 : 1);
     }
-    std::vector<int> new_of_old(static_cast<std::size_t>(sphere.vertices.rows()), -1), kept;
+    std::vector<int> new_of_old(sphere.vertices.rows(), -1), kept;
     half.triangles = sphere.triangles(rows, Eigen::all);
     for (Eigen::Index t = 0; t < half.triangles.rows(); ++t)
         for (int k = 0; k < 3; ++k) {
-            int& number = new_of_old[static_cast<std::size_t>(half.triangles(t, k))];
+            int& number = new_of_old[half.triangles(t, k)];
             if (number < 0) {
                 number = static_cast<int>(kept.size());
                 kept.push_back(half.triangles(t, k));
@@ -172,16 +172,16 @@ TEST_CASE("no edge crosses an open surface from boundary to boundary")
     const std::vector<int> labels(2 * length, 0);
     const LabelledMesh result = remesh_adaptively(strip, labels, field);
     const auto edges = mesh_edges(result.mesh.triangles, static_cast<int>(result.mesh.vertices.rows()));
-    std::vector<char> on_boundary(static_cast<std::size_t>(result.mesh.vertices.rows()), 0);
+    std::vector<char> on_boundary(result.mesh.vertices.rows(), 0);
     for (const auto& edge : edges) {
         if (edge.right_triangle >= 0) continue;
-        on_boundary[static_cast<std::size_t>(edge.v0)] = on_boundary[static_cast<std::size_t>(edge.v1)] = 1;
+        on_boundary[edge.v0] = on_boundary[edge.v1] = 1;
     }
     int inner = 0;
     for (const auto& edge : edges) {
         if (edge.right_triangle < 0) continue;
         ++inner;
-        CHECK_FALSE((on_boundary[static_cast<std::size_t>(edge.v0)] && on_boundary[static_cast<std::size_t>(edge.v1)]));
+        CHECK_FALSE((on_boundary[edge.v0] && on_boundary[edge.v1]));
     }
     CHECK(inner > 10);
 }
@@ -206,10 +206,10 @@ TEST_CASE("decimation onto vertices of the input")
     CHECK(enclosed_volume(result.mesh.vertices, result.mesh.triangles) ==
           Approx(enclosed_volume(sphere.vertices, sphere.triangles)).epsilon(0.05));
     // Only what may go goes.
-    std::vector<char> removable(static_cast<std::size_t>(sphere.vertices.rows()), 0);
+    std::vector<char> removable(sphere.vertices.rows(), 0);
     CHECK(decimate_labelled(sphere, labels, 10, removable).mesh.triangles == sphere.triangles);
     Eigen::Index top = 0;
     sphere.vertices.col(1).maxCoeff(&top);
-    removable[static_cast<std::size_t>(top)] = 1;
+    removable[top] = 1;
     CHECK(decimate_labelled(sphere, labels, 10, removable).mesh.vertices.rows() == sphere.vertices.rows() - 1);
 }

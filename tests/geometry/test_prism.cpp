@@ -74,7 +74,7 @@ TEST_CASE("prism: shape functions interpolate and sum to one")
     const PrismVertices prism = random_prism(0);
     const std::array<Eigen::Vector3d, 6> corners{{{1, 0, 1}, {0, 1, 1}, {0, 0, 1}, {1, 0, 0}, {0, 1, 0}, {0, 0, 0}}};
     for (int i = 0; i < 6; ++i) {
-        const auto& c = corners[static_cast<std::size_t>(i)];
+        const auto& c = corners[i];
         CHECK((prism_point(prism, c[0], c[1], c[2]) - prism.row(i)).norm() < 1e-14);
     }
     CHECK(prism_shape_functions(0.2, 0.5, 0.7).sum() == Approx(1.0).margin(1e-15));
@@ -216,7 +216,7 @@ TEST_CASE("prism: the gradient operator is the least-squares optimum of suppleme
         for (const auto& m : midpoints) {
             Eigen::Vector4d x;
             x << prism_point(rest, m[0], m[1], 0.5 * k).transpose(), 1.0;
-            const double weight = simpson[static_cast<std::size_t>(k)];
+            const double weight = simpson[k];
             normal += weight * x * x.transpose();
             right += weight * x * prism_point(deformed, m[0], m[1], 0.5 * k);
         }

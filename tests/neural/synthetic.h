@@ -3,10 +3,10 @@
 #pragma once
 
 #include "ndg/body/pose_set.h"
-#include "ndg/dataset/deformation_file.h"
 #include "ndg/body/shape_space.h"
 #include "ndg/core/random.h"
 #include "ndg/core/threads.h"
+#include "ndg/dataset/deformation_file.h"
 #include "ndg/neural/train.h"
 #include "ndg/neural/training_set.h"
 #include "support/support.h"
@@ -47,10 +47,9 @@ inline Pose arm_pose(double bend, double twist, double raise)
 {
     Pose pose = tube_pose(0);
     const Skeleton& skeleton = standard_skeleton();
-    pose.parent_from_joint[static_cast<std::size_t>(skeleton.joint("left_forearm"))] =
+    pose.parent_from_joint[skeleton.joint("left_forearm")] =
         rotation_about(Eigen::Vector3d::UnitZ(), bend) * rotation_about(Eigen::Vector3d::UnitY(), twist);
-    pose.parent_from_joint[static_cast<std::size_t>(skeleton.joint("left_upper_arm"))] =
-        rotation_about(Eigen::Vector3d::UnitX(), raise);
+    pose.parent_from_joint[skeleton.joint("left_upper_arm")] = rotation_about(Eigen::Vector3d::UnitX(), raise);
     return pose;
 }
 
@@ -69,7 +68,7 @@ inline Points bulged_tube(const Template& tube, const Body& body, const Pose& po
 {
     const SkinningWeights weights = tube.volume_weights();
     const Skeleton& skeleton = tube.skeleton;
-    const Eigen::Matrix3d& elbow = pose.parent_from_joint[static_cast<std::size_t>(skeleton.joint("left_forearm"))];
+    const Eigen::Matrix3d& elbow = pose.parent_from_joint[skeleton.joint("left_forearm")];
     Points rest = body.volume_vertices;
     const int first_free = tube.num_wrap_vertices();
     for (Eigen::Index i = first_free; i < rest.rows(); ++i) {
@@ -92,7 +91,7 @@ inline Synthetic make_synthetic(int num_training = 96, int num_validation = 24)
     s.bodies.bodies = bodies;
     s.bodies.template_sha256 = "tube";
     std::vector<const Points*> shapes;
-    for (int i = 0; i < 6; ++i) shapes.push_back(&s.bodies.bodies[static_cast<std::size_t>(i)].volume_vertices);
+    for (int i = 0; i < 6; ++i) shapes.push_back(&s.bodies.bodies[i].volume_vertices);
     s.shape_space = fit_shape_space(shapes, 2, 1.0);
     DeformationSet set;
     set.method = "FEM";
@@ -103,7 +102,7 @@ inline Synthetic make_synthetic(int num_training = 96, int num_validation = 24)
         s.poses.poses.push_back(
             arm_pose(random.uniform(0.0, 1.5), random.uniform(-0.5, 0.5), random.uniform(-0.8, 0.8)));
         set.add({body_idx, i}, held_out ? "validation" : "train",
-                bulged_tube(s.tube, s.bodies.bodies[static_cast<std::size_t>(body_idx)], s.poses.poses.back()));
+                bulged_tube(s.tube, s.bodies.bodies[body_idx], s.poses.poses.back()));
         set.statistics["converged"].push_back(1.0);
     }
     s.samples = {set};

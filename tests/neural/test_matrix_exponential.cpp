@@ -76,7 +76,7 @@ TEST_CASE("exponential of zero is the identity and of a skew matrix a rotation")
     const std::vector<double> q = {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -1.2, 0, 1.2, 0, 0, 0, 0, 0};
     std::vector<double> e(18);
     matrix_exponential(q.data(), 2, e.data());
-    for (int k = 0; k < 9; ++k) CHECK(e[static_cast<std::size_t>(k)] == (k % 4 == 0 ? 1.0 : 0.0));
+    for (int k = 0; k < 9; ++k) CHECK(e[k] == (k % 4 == 0 ? 1.0 : 0.0));
     CHECK(e[9] == Approx(std::cos(1.2)).epsilon(1e-14));
     CHECK(e[10] == Approx(-std::sin(1.2)).epsilon(1e-14));
     CHECK(e[12] == Approx(std::sin(1.2)).epsilon(1e-14));

@@ -77,7 +77,9 @@ TEST_CASE("derivatives of every parametrisation agree with finite differences")
     for (const std::string& name : names<ParametrisationKind>()) {
         CAPTURE(name);
         const auto weighted_sum = [&](const torch::Tensor& numbers) {
-            return (find_parametrisation(parse_name<ParametrisationKind>(name)).residuals(numbers) * weights).to(torch::kFloat64).sum();
+            return (find_parametrisation(parse_name<ParametrisationKind>(name)).residuals(numbers) * weights)
+                .to(torch::kFloat64)
+                .sum();
         };
         torch::Tensor traced = q.clone().requires_grad_();
         weighted_sum(traced).backward();

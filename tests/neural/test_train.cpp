@@ -132,8 +132,7 @@ TEST_CASE("every variant trains")
             network.rotation = rotation;
             network.shape = rotation;
             const TrainingCurve curve = trained(s, network, quick_training(25)).curve();
-            CHECK(curve.validation_loss[static_cast<std::size_t>(curve.best_epoch - 1)] <
-                  0.4 * curve.initial_validation_loss);
+            CHECK(curve.validation_loss[curve.best_epoch - 1] < 0.4 * curve.initial_validation_loss);
         }
     NetworkOptions linear = small_network();
     linear.widths = {};

@@ -47,7 +47,7 @@ double asymmetry(const ProceduralBody& body, const Points& vertices)
 {
     double worst = 0.0;
     for (Eigen::Index v = 0; v < vertices.rows(); ++v) {
-        const Eigen::RowVector3d other = vertices.row(body.mirror()[static_cast<std::size_t>(v)]);
+        const Eigen::RowVector3d other = vertices.row(body.mirror()[v]);
         worst = std::max(worst, (other - vertices.row(v).cwiseProduct(Eigen::RowVector3d(-1, 1, 1))).norm());
     }
     return worst;
@@ -82,7 +82,7 @@ TEST_CASE("the procedural skin is closed, symmetric and stands as agreed", "[pro
     CHECK(off_trunk > 38.0);
     CHECK(off_trunk < 52.0);
     for (int j = 0; j < skeleton.num_joints(); ++j) {
-        const std::string& name = skeleton.joint_names[static_cast<std::size_t>(j)];
+        const std::string& name = skeleton.joint_names[j];
         if (name.rfind("left_", 0) != 0) continue;
         const Eigen::RowVector3d right = s.joint_positions.row(skeleton.joint("right_" + name.substr(5)));
         CHECK((right - s.joint_positions.row(j).cwiseProduct(Eigen::RowVector3d(-1, 1, 1))).norm() < 1e-12);
@@ -104,7 +104,7 @@ TEST_CASE("weights of the procedural body", "[procedural]")
     double astray = 0.0;
     for (Eigen::Index v = 0; v < weights.rows(); ++v)
         for (int j = 0; j < num_standard_joints; ++j)
-            if (skeleton.joint_names[static_cast<std::size_t>(j)].rfind("right_", 0) == 0 && s.vertices(v, 0) > 0.06)
+            if (skeleton.joint_names[j].rfind("right_", 0) == 0 && s.vertices(v, 0) > 0.06)
                 astray = std::max(astray, weights(v, j));
     CHECK(astray == 0.0);
     // Neighbours differ little: nothing tears.
@@ -121,8 +121,7 @@ TEST_CASE("weights of the procedural body", "[procedural]")
     // Bent elbow, knee and hip: no more than a few triangles of the skin turn over.
     Pose pose = Pose::rest(num_standard_joints);
     const auto bend = [&](const char* name, double angle, const Eigen::Vector3d& axis) {
-        pose.parent_from_joint[static_cast<std::size_t>(skeleton.joint(name))] =
-            Eigen::AngleAxisd(angle, axis.normalized()).toRotationMatrix();
+        pose.parent_from_joint[skeleton.joint(name)] = Eigen::AngleAxisd(angle, axis.normalized()).toRotationMatrix();
     };
     bend("left_forearm", -1.0, {0.73, 0.68, 0.0});
     bend("left_shin", 1.0, {1.0, 0.0, 0.0});

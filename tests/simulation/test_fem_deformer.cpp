@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ndg/simulation/fem_deformer.h"
 
-#include "simulation/sample_scene.h"
 #include "ndg/simulation/simulator.h"
+#include "simulation/sample_scene.h"
 
 #include <catch2/catch.hpp>
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // Shards of a dataset: status, joining, checking; samples that fail; replay.
-#include "simulation/sample_scene.h"
 #include "ndg/core/error.h"
 #include "ndg/core/threads.h"
 #include "ndg/dataset/check_dataset.h"
 #include "ndg/dataset/part_store.h"
 #include "ndg/dataset/shards.h"
 #include "ndg/simulation/replay.h"
+#include "simulation/sample_scene.h"
 
 #include <unistd.h>
 #include <fstream>

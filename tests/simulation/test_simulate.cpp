@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Generation of samples: shards, interruption, resumption.
-#include "simulation/sample_scene.h"
 #include "ndg/core/error.h"
 #include "ndg/core/threads.h"
 #include "ndg/simulation/simulate.h"
+#include "simulation/sample_scene.h"
 
 #include <catch2/catch.hpp>
 

@@ -32,7 +32,7 @@ Template limb()
 
 std::vector<int> free_vertices(const Template& body)
 {
-    std::vector<int> vertices(static_cast<std::size_t>(body.num_volume_vertices() - body.num_wrap_vertices()));
+    std::vector<int> vertices(body.num_volume_vertices() - body.num_wrap_vertices());
     std::iota(vertices.begin(), vertices.end(), body.num_wrap_vertices());
     return vertices;
 }

@@ -33,12 +33,11 @@ public:
     {
         mesh.rest.conservativeResize(next_, 3);
         mesh.positions.conservativeResize(next_, 3);
-        mesh.held.resize(static_cast<std::size_t>(next_));
+        mesh.held.resize(next_);
         for (const auto& [edge, node] : nodes_) {
             mesh.rest.row(node) = 0.5 * (mesh.rest.row(edge.first) + mesh.rest.row(edge.second));
             mesh.positions.row(node) = 0.5 * (mesh.positions.row(edge.first) + mesh.positions.row(edge.second));
-            mesh.held[static_cast<std::size_t>(node)] =
-                mesh.held[static_cast<std::size_t>(edge.first)] && mesh.held[static_cast<std::size_t>(edge.second)];
+            mesh.held[node] = mesh.held[edge.first] && mesh.held[edge.second];
         }
     }
 
@@ -109,7 +108,7 @@ void visit_quadrature(const SolidMesh& mesh, Eigen::Index t, const Visit& visit)
         ShapeGradients gradients;
         for (int a = 0; a < 4; ++a) gradients.row(a) = (4 * at(a) - 1) * corner_gradients.row(a);
         for (int e = 0; e < 6; ++e) {
-            const auto [a, b] = edge_corners[static_cast<std::size_t>(e)];
+            const auto [a, b] = edge_corners[e];
             gradients.row(4 + e) = 4 * (at(a) * corner_gradients.row(b) + at(b) * corner_gradients.row(a));
         }
         visit(gradients, edges.determinant() / 24);
@@ -125,7 +124,7 @@ Matrix3d deformation(const SolidMesh& mesh, Eigen::Index t, const ShapeGradients
 
 const Lame& material(const SolidMesh& mesh, const std::array<Lame, 2>& lame, Eigen::Index t)
 {
-    return lame[static_cast<std::size_t>(mesh.materials[static_cast<std::size_t>(t)])];
+    return lame[mesh.materials[t]];
 }
 
 /// Place of every node among the unknowns, -1 for the held ones and those of no element.
@@ -163,8 +162,8 @@ Eigen::SparseMatrix<double> stiffness(const SolidMesh& mesh, const std::array<La
         });
         for (int row = 0; row < 30; ++row) {
             for (int column = 0; column < 30; ++column) {
-                const int i = unknown[static_cast<std::size_t>(mesh.elements(t, row / 3))];
-                const int j = unknown[static_cast<std::size_t>(mesh.elements(t, column / 3))];
+                const int i = unknown[mesh.elements(t, row / 3)];
+                const int j = unknown[mesh.elements(t, column / 3)];
                 if (i < 0 || j < 0 || 3 * i + row % 3 < 3 * j + column % 3) continue;
                 entries.emplace_back(3 * i + row % 3, 3 * j + column % 3, element(row, column));
             }
@@ -194,7 +193,7 @@ SolidMesh SolidMesh::refined() const
         for (const auto& child : children) {
             for (int c = 0; c < 4; ++c) fine.elements(row, c) = child[c];
             ++row;
-            fine.materials.push_back(materials[static_cast<std::size_t>(t)]);
+            fine.materials.push_back(materials[t]);
         }
     }
     middles.append_to(fine);
@@ -213,7 +212,7 @@ SolidMesh SolidMesh::quadratic() const
     result.elements.conservativeResize(Eigen::NoChange, 10);
     for (Eigen::Index t = 0; t < elements.rows(); ++t) {
         for (int e = 0; e < 6; ++e) {
-            const auto [a, b] = edge_corners[static_cast<std::size_t>(e)];
+            const auto [a, b] = edge_corners[e];
             result.elements(t, 4 + e) = middles.of(elements(t, a), elements(t, b));
         }
     }
@@ -227,15 +226,15 @@ SolidMesh split_prisms(const Points& rest, const Points& positions, const Prisms
     SolidMesh mesh;
     mesh.rest = rest;
     mesh.positions = positions;
-    mesh.held.assign(static_cast<std::size_t>(rest.rows()), 1);
-    for (const int v : free) mesh.held[static_cast<std::size_t>(v)] = 0;
+    mesh.held.assign(rest.rows(), 1);
+    for (const int v : free) mesh.held[v] = 0;
     mesh.elements.resize(3 * prisms.rows(), 4);
     for (Eigen::Index p = 0; p < prisms.rows(); ++p) {
         // The diagonals of the sides run from the column of the lowest number upwards, so neighbours agree.
         std::array<int, 3> columns{0, 1, 2};
         std::sort(columns.begin(), columns.end(), [&](int a, int b) { return prisms(p, 3 + a) < prisms(p, 3 + b); });
-        const auto low = [&](int c) { return prisms(p, 3 + columns[static_cast<std::size_t>(c)]); };
-        const auto high = [&](int c) { return prisms(p, columns[static_cast<std::size_t>(c)]); };
+        const auto low = [&](int c) { return prisms(p, 3 + columns[c]); };
+        const auto high = [&](int c) { return prisms(p, columns[c]); };
         mesh.elements.row(3 * p) << low(0), low(1), low(2), high(2);
         mesh.elements.row(3 * p + 1) << low(0), low(1), high(2), high(1);
         mesh.elements.row(3 * p + 2) << low(0), high(0), high(1), high(2);

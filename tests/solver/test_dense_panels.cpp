@@ -94,19 +94,18 @@ TEST_CASE("Products are subtracted on and below the target's diagonal, side by s
                 const auto check = [&](const Eigen::MatrixXf& target, const std::vector<int>& place) {
                     for (int c = 0; c < width; ++c) {
                         for (int r = c; r < height; ++r) {
-                            const auto row = place[static_cast<std::size_t>(r)],
-                                       column = place[static_cast<std::size_t>(c)];
+                            const auto row = place[r], column = place[c];
                             REQUIRE(std::abs(target(row, column) - expected(r, c)) < 1e-5F);
                         }
                     }
                 };
                 CAPTURE(height, width, depth);
-                std::vector<int> place(static_cast<std::size_t>(height));
-                for (int r = 0; r < height; ++r) place[static_cast<std::size_t>(r)] = r;
+                std::vector<int> place(height);
+                for (int r = 0; r < height; ++r) place[r] = r;
                 Eigen::MatrixXf target = Eigen::MatrixXf::Zero(height, width);
                 subtract_contiguous(update, target.data(), static_cast<std::size_t>(height));
                 check(target, place);
-                for (int r = 0; r < height; ++r) place[static_cast<std::size_t>(r)] = r + r / 3 + (r > 20 ? 5 : 0);
+                for (int r = 0; r < height; ++r) place[r] = r + r / 3 + (r > 20 ? 5 : 0);
                 const int rows = place.back() + 1;
                 target = Eigen::MatrixXf::Zero(rows, rows);
                 subtract_scattered(update, target.data(), static_cast<std::size_t>(rows), place.data());
@@ -114,7 +113,7 @@ TEST_CASE("Products are subtracted on and below the target's diagonal, side by s
                 // Nothing outside the given rows and columns is touched.
                 for (int r = 0; r < height; ++r) {
                     for (int c = 0; c < width; ++c) {
-                        target(place[static_cast<std::size_t>(r)], place[static_cast<std::size_t>(c)]) = 0;
+                        target(place[r], place[c]) = 0;
                     }
                 }
                 REQUIRE(target.norm() == 0);

@@ -133,7 +133,7 @@ Points tube_joint_positions(const Skeleton& skeleton)
     Points positions(skeleton.num_joints(), 3);
     positions.row(0) << -0.3, -0.5, 0.0;
     for (int j = 1; j < skeleton.num_joints(); ++j) {
-        const int parent = skeleton.parents[static_cast<std::size_t>(j)];
+        const int parent = skeleton.parents[j];
         positions.row(j) = positions.row(parent) + Eigen::RowVector3d(0.002 * j, 0.08, 0.001 * j);
     }
     positions.row(skeleton.joint("left_upper_arm")) << 0.0, 0.0, 0.0;
@@ -257,7 +257,7 @@ Pose tube_pose(double angle)
 {
     const Skeleton& skeleton = standard_skeleton();
     Pose pose = Pose::rest(skeleton.num_joints());
-    pose.parent_from_joint[static_cast<std::size_t>(skeleton.joint("left_forearm"))] =
+    pose.parent_from_joint[skeleton.joint("left_forearm")] =
         Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitZ()).toRotationMatrix();
     return pose;
 }

@@ -101,16 +101,16 @@ Doll make_doll(double cell)
     // The left half, which ends in a border on x = 0, and its mirror image.
     const TriangleMesh half =
         marching_tetrahedra(field, {axis(0.0, 0.7, cell), axis(-0.05, 1.8, cell), axis(-0.2, 0.25, cell)});
-    std::vector<int> right_of_left(static_cast<std::size_t>(half.vertices.rows()), -1);
+    std::vector<int> right_of_left(half.vertices.rows(), -1);
     for (const auto& loop : boundary_loops(half.triangles, static_cast<int>(half.vertices.rows())))
-        for (const int v : loop) right_of_left[static_cast<std::size_t>(v)] = v;
+        for (const int v : loop) right_of_left[v] = v;
     Doll doll;
     Points& vertices = doll.surface.vertices;
     vertices.resize(2 * half.vertices.rows(), 3);
     vertices.topRows(half.vertices.rows()) = half.vertices;
     Eigen::Index count = half.vertices.rows();
     for (Eigen::Index v = 0; v < half.vertices.rows(); ++v) {
-        int& right = right_of_left[static_cast<std::size_t>(v)];
+        int& right = right_of_left[v];
         if (right >= 0) {
             vertices(v, 0) = 0.0;
             continue;
@@ -123,8 +123,7 @@ Doll make_doll(double cell)
     doll.surface.triangles.topRows(half.triangles.rows()) = half.triangles;
     for (Eigen::Index t = 0; t < half.triangles.rows(); ++t)
         for (int k = 0; k < 3; ++k)
-            doll.surface.triangles(half.triangles.rows() + t, k) =
-                right_of_left[static_cast<std::size_t>(half.triangles(t, 2 - k))];
+            doll.surface.triangles(half.triangles.rows() + t, k) = right_of_left[half.triangles(t, 2 - k)];
     doll.surface.joint_positions = joints();
     const double floor = vertices.col(1).minCoeff();
     const Skeleton& skeleton = standard_skeleton();

@@ -45,8 +45,8 @@ void check_mirror(const RemeshedSkin& skin, double tolerance)
     REQUIRE(static_cast<Eigen::Index>(skin.mirror.size()) == skin.vertices.rows());
     double worst = 0.0;
     for (Eigen::Index v = 0; v < skin.vertices.rows(); ++v) {
-        const int m = skin.mirror[static_cast<std::size_t>(v)];
-        REQUIRE(skin.mirror[static_cast<std::size_t>(m)] == v);
+        const int m = skin.mirror[v];
+        REQUIRE(skin.mirror[m] == v);
         const Eigen::RowVector3d image(-skin.vertices(v, 0), skin.vertices(v, 1), skin.vertices(v, 2));
         worst = std::max(worst, (skin.vertices.row(m) - image).norm());
         if (m == v) CHECK(skin.vertices(v, 0) == 0.0);
@@ -60,11 +60,10 @@ void check_mirror(const RemeshedSkin& skin, double tolerance)
     };
     constexpr std::array<int, 6> mirrored_region{0, 1, 3, 2, 5, 4};
     for (Eigen::Index t = 0; t < skin.triangles.rows(); ++t)
-        triangles.insert(key(skin.triangles(t, 0), skin.triangles(t, 1), skin.triangles(t, 2),
-                             skin.regions[static_cast<std::size_t>(t)]));
+        triangles.insert(key(skin.triangles(t, 0), skin.triangles(t, 1), skin.triangles(t, 2), skin.regions[t]));
     for (Eigen::Index t = 0; t < skin.triangles.rows(); ++t) {
-        const auto m = [&](int k) { return skin.mirror[static_cast<std::size_t>(skin.triangles(t, k))]; };
-        const auto region = static_cast<std::size_t>(skin.regions[static_cast<std::size_t>(t)]);
+        const auto m = [&](int k) { return skin.mirror[skin.triangles(t, k)]; };
+        const auto region = static_cast<std::size_t>(skin.regions[t]);
         REQUIRE(triangles.count(key(m(2), m(1), m(0), mirrored_region[region])) == 1);
     }
 }
@@ -74,7 +73,7 @@ void check_borders(const RemeshedSkin& skin, const Points& joint_positions, std:
 {
     CHECK(boundary_loops(of_region(skin, 0), static_cast<int>(skin.vertices.rows())).size() == 5);
     for (const CuttingPlane& plane : cutting_planes(joint_positions)) {
-        INFO(skin_region_names[static_cast<std::size_t>(plane.region)]);
+        INFO(skin_region_names[plane.region]);
         const auto loops = boundary_loops(of_region(skin, plane.region), static_cast<int>(skin.vertices.rows()));
         REQUIRE(loops.size() == 1);
         CHECK(loops[0].size() >= least_vertices);

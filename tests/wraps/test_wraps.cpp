@@ -91,12 +91,11 @@ ScalarGrid linear_field(const Points& around, const Eigen::Vector3d& slope, doub
 {
     ScalarGrid grid;
     grid.box = grid_around(around, 0.05, 0.02);
-    grid.values.resize(static_cast<std::size_t>(grid.box.count()));
+    grid.values.resize(grid.box.count());
     for (int k = 0; k < grid.box.size[2]; ++k)
         for (int j = 0; j < grid.box.size[1]; ++j)
             for (int i = 0; i < grid.box.size[0]; ++i)
-                grid.values[static_cast<std::size_t>(grid.box.index(i, j, k))] =
-                    static_cast<float>(slope.dot(grid.box.node(i, j, k)) + shift);
+                grid.values[grid.box.index(i, j, k)] = static_cast<float>(slope.dot(grid.box.node(i, j, k)) + shift);
     return grid;
 }
 

@@ -97,7 +97,7 @@ void for_each_part(std::size_t count, const Work& work)
         try {
             work(static_cast<std::size_t>(i));
         } catch (...) {
-            errors[static_cast<std::size_t>(i)] = std::current_exception();
+            errors[i] = std::current_exception();
         }
     }
     for (const std::exception_ptr& error : errors)

@@ -199,7 +199,7 @@ void TrunkMap::fit_sections(const std::vector<AnatomyMesh>& parts, const BonePoi
                             const AnatomyTarget& target)
 {
     const Eigen::VectorXd trunk_weight = target.region_weight({"pelvis", "spine", "neck", "left_clav", "right_clav"});
-    std::vector<char> on_trunk(static_cast<std::size_t>(trunk_weight.size()));
+    std::vector<char> on_trunk(trunk_weight.size());
     for (Eigen::Index v = 0; v < trunk_weight.size(); ++v) on_trunk[std::size_t(v)] = trunk_weight[v] > 0.5;
     const FatDepth fat = fat_depth(target.female);
     const double stature_scale =

@@ -31,8 +31,7 @@ std::vector<Similarity> joint_similarities(const Template& body_template, const 
     const auto for_each_weight = [&](auto&& visit) {
         for (Eigen::Index v = 0; v < from.rows(); ++v)
             for (int k = 0; k < max_influences; ++k)
-                if (weights.weights(v, k) > 0.0)
-                    visit(sums[static_cast<std::size_t>(weights.joints(v, k))], weights.weights(v, k), v);
+                if (weights.weights(v, k) > 0.0) visit(sums[weights.joints(v, k)], weights.weights(v, k), v);
     };
     for_each_weight([&](Sums& s, double weight, Eigen::Index v) {
         s.weight += weight;
@@ -55,7 +54,7 @@ std::vector<Similarity> joint_similarities(const Template& body_template, const 
         const Sums& s = sums[j];
         if (s.weight < min_joint_weight || s.spread <= 0.0) {
             const int parent = body_template.skeleton.parents[j];
-            if (parent >= 0) body_from_template[j] = body_from_template[static_cast<std::size_t>(parent)];
+            if (parent >= 0) body_from_template[j] = body_from_template[parent];
             continue;
         }
         const Eigen::JacobiSVD<Eigen::Matrix3d> svd(s.covariance, Eigen::ComputeFullU | Eigen::ComputeFullV);
@@ -76,12 +75,11 @@ void skin_free_rows(const Template& body_template, const Eigen::Ref<const Points
 {
     const SkinningWeights& weights = body_template.anatomy_weights;
     for (Eigen::Index i = 0; i < points.rows(); ++i) {
-        if (body_template.embedding.elements[static_cast<std::size_t>(i)] >= 0) continue;
+        if (body_template.embedding.elements[i] >= 0) continue;
         Eigen::Vector3d sum = Eigen::Vector3d::Zero();
         for (int k = 0; k < max_influences; ++k)
             if (weights.weights(i, k) > 0.0)
-                sum += weights.weights(i, k) *
-                       (transforms[static_cast<std::size_t>(weights.joints(i, k))] * rest.row(i).transpose());
+                sum += weights.weights(i, k) * (transforms[weights.joints(i, k)] * rest.row(i).transpose());
         points.row(i) = sum.transpose();
     }
 }
@@ -94,7 +92,7 @@ SkinningWeights embedded_weights(const Embedding& embedding, const SkinningWeigh
     const Eigen::Index count = embedding.weights.rows();
     RowMatrix dense = RowMatrix::Zero(count, num_joints);
     for (Eigen::Index i = 0; i < count; ++i) {
-        if (embedding.elements[static_cast<std::size_t>(i)] < 0) {
+        if (embedding.elements[i] < 0) {
             dense(i, 0) = 1.0;
             continue;
         }

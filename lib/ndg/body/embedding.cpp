@@ -106,7 +106,7 @@ private:
             if (!(closest.distance < best)) continue;
             best = closest.distance;
             weights.setZero();
-            for (int k = 0; k < 3; ++k) weights[face[static_cast<std::size_t>(k)]] = closest.barycentric[k];
+            for (int k = 0; k < 3; ++k) weights[face[k]] = closest.barycentric[k];
         }
         return best;
     }
@@ -151,7 +151,7 @@ class ElementTree {
 public:
     explicit ElementTree(const Elements& elements) : elements_(elements)
     {
-        boxes_.reserve(static_cast<std::size_t>(elements.size()));
+        boxes_.reserve(elements.size());
         for (int e = 0; e < elements.size(); ++e) boxes_.push_back(elements.box(e));
         order_.resize(boxes_.size());
         std::iota(order_.begin(), order_.end(), 0);
@@ -191,7 +191,7 @@ private:
         nodes_.emplace_back();
         Box box, centres;
         for (int i = begin; i < end; ++i) {
-            const Box& element_box = boxes_[static_cast<std::size_t>(order_[static_cast<std::size_t>(i)])];
+            const Box& element_box = boxes_[order_[i]];
             box.extend(element_box);
             centres.extend(element_box.center());
         }
@@ -203,21 +203,21 @@ private:
             if (sides[2] > sides[axis]) axis = 2;
             const int middle = begin + (end - begin) / 2;
             std::nth_element(order_.begin() + begin, order_.begin() + middle, order_.begin() + end, [&](int a, int b) {
-                const double centre_a = boxes_[static_cast<std::size_t>(a)].center()[axis];
-                const double centre_b = boxes_[static_cast<std::size_t>(b)].center()[axis];
+                const double centre_a = boxes_[a].center()[axis];
+                const double centre_b = boxes_[b].center()[axis];
                 return centre_a != centre_b ? centre_a < centre_b : a < b;
             });
             build(begin, middle);
             second_child = build(middle, end);
         }
-        nodes_[static_cast<std::size_t>(index)] = {box, begin, end, second_child};
+        nodes_[index] = {box, begin, end, second_child};
         return index;
     }
 
     /// Of the elements holding the point the one it lies deepest in, the first of equals.
     void find_containing(int index, const Eigen::Vector3d& point, double& largest, Found& found) const
     {
-        const Node& node = nodes_[static_cast<std::size_t>(index)];
+        const Node& node = nodes_[index];
         if (!node.box.contains(point)) return;
         if (node.second_child != 0) {
             find_containing(index + 1, point, largest, found);
@@ -225,8 +225,8 @@ private:
             return;
         }
         for (int i = node.begin; i < node.end; ++i) {
-            const int element = order_[static_cast<std::size_t>(i)];
-            if (!boxes_[static_cast<std::size_t>(element)].contains(point)) continue;
+            const int element = order_[i];
+            if (!boxes_[element].contains(point)) continue;
             Weights weights;
             const double smallest = elements_.coordinates(element, point, weights);
             if (smallest < largest || (smallest == largest && found.element >= 0 && element > found.element)) continue;
@@ -238,7 +238,7 @@ private:
 
     void find_nearest(int index, const Eigen::Vector3d& point, Found& found) const
     {
-        const Node& node = nodes_[static_cast<std::size_t>(index)];
+        const Node& node = nodes_[index];
         if (node.second_child != 0) {
             int near_child = index + 1, far_child = node.second_child;
             double near_distance = box_distance(near_child, point), far_distance = box_distance(far_child, point);
@@ -251,8 +251,8 @@ private:
             return;
         }
         for (int i = node.begin; i < node.end; ++i) {
-            const int element = order_[static_cast<std::size_t>(i)];
-            if (boxes_[static_cast<std::size_t>(element)].exteriorDistance(point) >= found.distance) continue;
+            const int element = order_[i];
+            if (boxes_[element].exteriorDistance(point) >= found.distance) continue;
             Weights weights;
             const double distance = elements_.distance(element, point, weights);
             if (distance > found.distance || (distance == found.distance && element > found.element)) continue;
@@ -264,7 +264,7 @@ private:
 
     double box_distance(int index, const Eigen::Vector3d& point) const
     {
-        return nodes_[static_cast<std::size_t>(index)].box.exteriorDistance(point);
+        return nodes_[index].box.exteriorDistance(point);
     }
 
     const Elements& elements_;
@@ -281,8 +281,8 @@ Embedding embed_points(const Eigen::Ref<const Points>& points, const Eigen::Ref<
 {
     require(points.array().isFinite().all(), "A point to embed is not finite");
     Embedding embedding;
-    embedding.elements.assign(static_cast<std::size_t>(points.rows()), -1);
-    embedding.distances.assign(static_cast<std::size_t>(points.rows()), 0.0);
+    embedding.elements.assign(points.rows(), -1);
+    embedding.distances.assign(points.rows(), 0.0);
     embedding.vertices.setZero(points.rows(), 6);
     embedding.weights.setZero(points.rows(), 6);
     if (points.rows() == 0) return embedding;
@@ -293,8 +293,8 @@ Embedding embed_points(const Eigen::Ref<const Points>& points, const Eigen::Ref<
 #pragma omp parallel for schedule(dynamic, 64)
     for (Eigen::Index i = 0; i < points.rows(); ++i) {
         const ElementTree::Found found = tree.find(points.row(i).transpose());
-        embedding.elements[static_cast<std::size_t>(i)] = found.element;
-        embedding.distances[static_cast<std::size_t>(i)] = found.distance;
+        embedding.elements[i] = found.element;
+        embedding.distances[i] = found.distance;
         embedding.vertices.row(i) = elements.vertices(found.element);
         embedding.weights.row(i) = found.weights.transpose();
     }

@@ -47,7 +47,7 @@ Eigen::MatrixXd centred_rows(const std::vector<const Points*>& shapes, const Eig
 {
     Eigen::MatrixXd block(rows, static_cast<Eigen::Index>(shapes.size()));
     for (Eigen::Index i = 0; i < block.cols(); ++i)
-        block.col(i) = flattened(*shapes[static_cast<std::size_t>(i)]).segment(row, rows) - mean.segment(row, rows);
+        block.col(i) = flattened(*shapes[i]).segment(row, rows) - mean.segment(row, rows);
     return block;
 }
 
@@ -107,7 +107,7 @@ ShapeSpace fit_shape_space(const std::vector<const Points*>& rest_shapes, int ma
     ShapeSpace space;
     space.mean = Eigen::VectorXd::Zero(num_coordinates);
     for (Eigen::Index i = 0; i < count; ++i) {
-        const Points& shape = *rest_shapes[static_cast<std::size_t>(i)];
+        const Points& shape = *rest_shapes[i];
         require(shape.size() == num_coordinates, "Body {} has {} coordinates, the first has {}", i, shape.size(),
                 num_coordinates);
         require(shape.array().isFinite().all(), "Body {} has coordinates that are not finite", i);

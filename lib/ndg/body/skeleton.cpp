@@ -81,7 +81,7 @@ const Skeleton& standard_skeleton()
 Pose Pose::rest(int num_joints)
 {
     Pose pose;
-    pose.parent_from_joint.assign(static_cast<std::size_t>(num_joints), Eigen::Matrix3d::Identity());
+    pose.parent_from_joint.assign(num_joints, Eigen::Matrix3d::Identity());
     return pose;
 }
 
@@ -101,7 +101,7 @@ std::vector<Eigen::Isometry3d> forward_kinematics(const Skeleton& skeleton,
         Eigen::Matrix3d world_from_joint = pose.parent_from_joint[j];
         Eigen::Vector3d posed_position = rest_position + pose.root_translation;
         if (parent >= 0) {
-            const Eigen::Isometry3d& parent_motion = world_from_rest[static_cast<std::size_t>(parent)];
+            const Eigen::Isometry3d& parent_motion = world_from_rest[parent];
             // At rest all joint frames are world-aligned, so the parent's motion is its frame's rotation.
             world_from_joint = parent_motion.linear() * pose.parent_from_joint[j];
             posed_position = parent_motion * rest_position;

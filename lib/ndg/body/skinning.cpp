@@ -79,7 +79,7 @@ SkinningWeights element_weights(const SkinningWeights& vertex_weights, const Eig
 {
     check_joints(vertex_weights, static_cast<std::size_t>(num_joints));
     SkinningWeights result = empty_weights(elements.rows());
-    std::vector<double> sums(static_cast<std::size_t>(num_joints), 0.0);
+    std::vector<double> sums(num_joints, 0.0);
     std::vector<std::pair<int, double>> influences;
     for (Eigen::Index e = 0; e < elements.rows(); ++e) {
         influences.clear();
@@ -91,13 +91,13 @@ SkinningWeights element_weights(const SkinningWeights& vertex_weights, const Eig
                 const double weight = vertex_weights.weights(vertex, slot);
                 if (weight <= 0.0) continue;
                 const int joint = vertex_weights.joints(vertex, slot);
-                double& sum = sums[static_cast<std::size_t>(joint)];
+                double& sum = sums[joint];
                 if (sum == 0.0) influences.emplace_back(joint, 0.0);
                 sum += weight;
             }
         }
         for (auto& [joint, weight] : influences) {
-            weight = std::exchange(sums[static_cast<std::size_t>(joint)], 0.0);
+            weight = std::exchange(sums[joint], 0.0);
         }
         set_row(result, e, influences);
     }
@@ -118,7 +118,7 @@ Points linear_blend_skinning(const Eigen::Ref<const Points>& rest_vertices, cons
         for (Eigen::Index slot = 0; slot < max_influences; ++slot) {
             const double weight = weights.weights(i, slot);
             if (weight == 0.0) continue;
-            const Eigen::Isometry3d& motion = world_from_rest[static_cast<std::size_t>(weights.joints(i, slot))];
+            const Eigen::Isometry3d& motion = world_from_rest[weights.joints(i, slot)];
             sum += weight * (motion.linear() * rest + motion.translation());
         }
         posed.row(i) = sum.transpose();
@@ -136,22 +136,21 @@ std::vector<Eigen::Matrix3d> blend_rotations(const SkinningWeights& weights,
         quaternions.push_back(Eigen::Quaterniond(Eigen::Matrix3d(motion.linear())).normalized().coeffs());
     }
 
-    std::vector<Eigen::Matrix3d> rotations(static_cast<std::size_t>(weights.size()));
+    std::vector<Eigen::Matrix3d> rotations(weights.size());
 #pragma omp parallel for schedule(static)
     for (Eigen::Index i = 0; i < weights.size(); ++i) {
         Eigen::Index largest = 0;
         weights.weights.row(i).maxCoeff(&largest);
-        const Eigen::Vector4d& reference = quaternions[static_cast<std::size_t>(weights.joints(i, largest))];
+        const Eigen::Vector4d& reference = quaternions[weights.joints(i, largest)];
         Eigen::Vector4d sum = Eigen::Vector4d::Zero();
         for (Eigen::Index slot = 0; slot < max_influences; ++slot) {
             const double weight = weights.weights(i, slot);
             if (weight == 0.0) continue;
-            const Eigen::Vector4d& quaternion = quaternions[static_cast<std::size_t>(weights.joints(i, slot))];
+            const Eigen::Vector4d& quaternion = quaternions[weights.joints(i, slot)];
             // q and -q are the same rotation; the sum is at least the largest weight long once signs agree.
             sum += (quaternion.dot(reference) < 0.0 ? -weight : weight) * quaternion;
         }
-        rotations[static_cast<std::size_t>(i)] =
-            Eigen::Quaterniond(Eigen::Vector4d(sum.normalized())).toRotationMatrix();
+        rotations[i] = Eigen::Quaterniond(Eigen::Vector4d(sum.normalized())).toRotationMatrix();
     }
     return rotations;
 }

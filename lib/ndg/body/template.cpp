@@ -37,7 +37,7 @@ void check_weight_rows(const H5Reader& reader, const std::string& dataset, const
                           weights(i, k));
             sum += weights(i, k);
         }
-        const double expected = elements && (*elements)[static_cast<std::size_t>(i)] < 0 ? 0.0 : 1.0;
+        const double expected = elements && (*elements)[i] < 0 ? 0.0 : 1.0;
         require_input(std::abs(sum - expected) <= sum_tolerance, "{}: {}[{}] sums to {} instead of {}", reader.path(),
                       dataset, i, sum, expected);
     }
@@ -205,9 +205,9 @@ void read_volume(const H5Reader& reader, Template& result)
 {
     const auto num_skin = static_cast<int>(result.rest.skin_vertices.rows());
     result.wrap_to_skin = reader.read_ints("/volume/wrap_to_skin", -1, 0, num_skin - 1);
-    std::vector<int> wrap_of_skin(static_cast<std::size_t>(num_skin), -1);
+    std::vector<int> wrap_of_skin(num_skin, -1);
     for (std::size_t i = 0; i < result.wrap_to_skin.size(); ++i) {
-        int& earlier = wrap_of_skin[static_cast<std::size_t>(result.wrap_to_skin[i])];
+        int& earlier = wrap_of_skin[result.wrap_to_skin[i]];
         require_input(earlier < 0, "{}: /volume/wrap_to_skin[{}] is skin vertex {}, which entry {} has already",
                       reader.path(), i, result.wrap_to_skin[i], earlier);
         earlier = static_cast<int>(i);

@@ -74,7 +74,7 @@ double Random::normal()
 std::vector<int> Random::permutation(int count)
 {
     require(count >= 0, "Random::permutation needs a count >= 0, got {}", count);
-    std::vector<int> order(static_cast<std::size_t>(count));
+    std::vector<int> order(count);
     std::iota(order.begin(), order.end(), 0);
     for (std::size_t i = order.size(); i > 1; --i) std::swap(order[i - 1], order[below(i)]);
     return order;

@@ -14,9 +14,9 @@ namespace ndg {
 
 /// Minimises sum_p V_p |F_p^T - G_p X|^2 over the muscle wrap and skin vertices, the bone wrap (the first
 /// `num_wrap_vertices` rows of X) given. V_p: rest volumes. The matrix is factored once a body; a frame costs a
-/// right-hand side and a back-substitution. One object per thread (the solver's scratch space is its own). The factor is
-/// simplicial: it is as fast here, and does not go through BLAS, whose sums depend on the processor (and with them in
-/// which of several equilibria a fold of the simulation ends).
+/// right-hand side and a back-substitution. One object per thread (the solver's scratch space is its own). The factor
+/// is simplicial: it is as fast here, and does not go through BLAS, whose sums depend on the processor (and with them
+/// in which of several equilibria a fold of the simulation ends).
 class PoissonReconstruction {
 public:
     /// Copies what it needs of `rest`. Throws SolverError when the system is not positive definite.

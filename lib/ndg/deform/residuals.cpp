@@ -26,7 +26,7 @@ Gradients residuals_from_gradients(const Eigen::Ref<const Gradients>& gradients,
     for (Eigen::Index p = 0; p < gradients.rows(); ++p) {
         const Eigen::Map<const Matrix3> gradient(gradients.row(p).data());
         Eigen::Map<Matrix3> residual(residuals.row(p).data());
-        residual.noalias() = prism_rotations[static_cast<std::size_t>(p)].transpose() * gradient;
+        residual.noalias() = prism_rotations[p].transpose() * gradient;
     }
     return residuals;
 }
@@ -39,7 +39,7 @@ Gradients gradients_from_residuals(const Eigen::Ref<const Gradients>& residuals,
     for (Eigen::Index p = 0; p < residuals.rows(); ++p) {
         const Eigen::Map<const Matrix3> residual(residuals.row(p).data());
         Eigen::Map<Matrix3> gradient(gradients.row(p).data());
-        gradient.noalias() = prism_rotations[static_cast<std::size_t>(p)] * residual;
+        gradient.noalias() = prism_rotations[p] * residual;
     }
     return gradients;
 }

@@ -44,8 +44,8 @@ Eigen::Vector3d nearest_on_edges(const Eigen::Vector3d& point, const Corners& co
     double best_squared = std::numeric_limits<double>::infinity();
     for (int from = 0; from < 3; ++from) {
         const int to = (from + 1) % 3;
-        const auto& start = *vertex[static_cast<std::size_t>(from)];
-        const auto& end = *vertex[static_cast<std::size_t>(to)];
+        const auto& start = *vertex[from];
+        const auto& end = *vertex[to];
         const double t = segment_parameter(point, start, end);
         const double squared = (start + t * (end - start) - point).squaredNorm();
         if (squared < best_squared) {
@@ -162,7 +162,7 @@ struct TriangleTree::State {
         Eigen::AlignedBox3d box;
         Eigen::AlignedBox3d centres;
         for (int slot = first; slot < first + count; ++slot) {
-            const Corners& t = all[static_cast<std::size_t>(order[static_cast<std::size_t>(slot)])];
+            const Corners& t = all[order[slot]];
             box.extend(t.a).extend(t.b).extend(t.c);
             centres.extend(t.a + t.b + t.c);
         }
@@ -172,13 +172,13 @@ struct TriangleTree::State {
         if (count <= leaf_size) {
             node.first = first;
             node.count = count;
-            nodes[static_cast<std::size_t>(node_idx)] = node;
+            nodes[node_idx] = node;
             return node_idx;
         }
         Eigen::Index axis = 0;
         centres.sizes().maxCoeff(&axis);
         const auto centre = [&](int triangle) {
-            const Corners& t = all[static_cast<std::size_t>(triangle)];
+            const Corners& t = all[triangle];
             return t.a[axis] + t.b[axis] + t.c[axis];
         };
         const int half = count / 2;
@@ -190,7 +190,7 @@ struct TriangleTree::State {
                          });
         build(order, first, half, all);
         node.right = build(order, first + half, count - half, all);
-        nodes[static_cast<std::size_t>(node_idx)] = node;
+        nodes[node_idx] = node;
         return node_idx;
     }
     void make_pseudonormals(const Eigen::Ref<const Points>& vertices);
@@ -216,7 +216,7 @@ TriangleTree::TriangleTree(const Eigen::Ref<const Points>& vertices, const Eigen
     state.build(state.triangle_of_leaf_slot, 0, static_cast<int>(count), all);
     state.corners.reserve(count);
     for (const int triangle : state.triangle_of_leaf_slot) {
-        state.corners.push_back(all[static_cast<std::size_t>(triangle)]);
+        state.corners.push_back(all[triangle]);
     }
     state.triangles = triangles;
     state.make_pseudonormals(vertices);
@@ -233,13 +233,13 @@ void TriangleTree::State::make_pseudonormals(const Eigen::Ref<const Points>& ver
     edges.reserve(static_cast<std::size_t>(3 * count));
     for (Eigen::Index t = 0; t < count; ++t) {
         std::array<Eigen::Vector3d, 3> corner;
-        for (int k = 0; k < 3; ++k) corner[static_cast<std::size_t>(k)] = vertices.row(triangles(t, k)).transpose();
+        for (int k = 0; k < 3; ++k) corner[k] = vertices.row(triangles(t, k)).transpose();
         const Eigen::Vector3d cross = (corner[1] - corner[0]).cross(corner[2] - corner[0]);
         if (cross.norm() > 0.0) face_normals.row(t) = cross.normalized().transpose();
         for (int k = 0; k < 3; ++k) {
-            const Eigen::Vector3d& at = corner[static_cast<std::size_t>(k)];
-            const Eigen::Vector3d to_next = corner[static_cast<std::size_t>((k + 1) % 3)] - at;
-            const Eigen::Vector3d to_last = corner[static_cast<std::size_t>((k + 2) % 3)] - at;
+            const Eigen::Vector3d& at = corner[k];
+            const Eigen::Vector3d to_next = corner[(k + 1) % 3] - at;
+            const Eigen::Vector3d to_last = corner[(k + 2) % 3] - at;
             const double angle = std::atan2(to_next.cross(to_last).norm(), to_next.dot(to_last));
             vertex_normals.row(triangles(t, k)) += angle * face_normals.row(t);
             const auto [low, high] = std::minmax(triangles(t, k), triangles(t, (k + 1) % 3));
@@ -275,14 +275,14 @@ ClosestPoint TriangleTree::closest(const Eigen::Vector3d& point) const
     while (top > 0) {
         const Pending pending = stack[--top];
         if (pending.squared > best_squared) continue;
-        const auto& node = state.nodes[static_cast<std::size_t>(pending.node)];
+        const auto& node = state.nodes[pending.node];
         if (node.right < 0) {
             for (int slot = node.first; slot < node.first + node.count; ++slot) {
-                const Corners& corners = state.corners[static_cast<std::size_t>(slot)];
+                const Corners& corners = state.corners[slot];
                 const Eigen::Vector3d barycentric = nearest_barycentric(point, corners);
                 const Eigen::Vector3d nearest = at_barycentric(corners, barycentric);
                 const double squared = (nearest - point).squaredNorm();
-                const int triangle = state.triangle_of_leaf_slot[static_cast<std::size_t>(slot)];
+                const int triangle = state.triangle_of_leaf_slot[slot];
                 // Among equally near triangles the first wins, whatever the shape of the tree.
                 if (squared < best_squared || (squared == best_squared && triangle < best.triangle_idx)) {
                     best_squared = squared;
@@ -293,9 +293,8 @@ ClosestPoint TriangleTree::closest(const Eigen::Vector3d& point) const
             }
             continue;
         }
-        Pending nearer{pending.node + 1,
-                       state.nodes[static_cast<std::size_t>(pending.node + 1)].squared_distance(point)};
-        Pending farther{node.right, state.nodes[static_cast<std::size_t>(node.right)].squared_distance(point)};
+        Pending nearer{pending.node + 1, state.nodes[pending.node + 1].squared_distance(point)};
+        Pending farther{node.right, state.nodes[node.right].squared_distance(point)};
         if (farther.squared < nearer.squared) std::swap(nearer, farther);
         if (farther.squared <= best_squared) stack[top++] = farther;
         if (nearer.squared <= best_squared) stack[top++] = nearer;

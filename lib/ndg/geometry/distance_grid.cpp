@@ -35,12 +35,12 @@ NearSurface rasterise(const GridBox& box, const Eigen::Ref<const Points>& vertic
     const Points normals = vertex_normals(vertices, triangles);
     const Points scaled = (vertices.rowwise() - box.origin.transpose()) / box.spacing;
     NearSurface result;
-    result.entry_of_node.assign(static_cast<std::size_t>(box.count()), -1);
+    result.entry_of_node.assign(box.count(), -1);
     const int num_slabs = (box.size[2] + slab_height - 1) / slab_height;
-    std::vector<std::vector<NearPoint>> slab_entries(static_cast<std::size_t>(num_slabs));
+    std::vector<std::vector<NearPoint>> slab_entries(num_slabs);
 #pragma omp parallel for schedule(dynamic)
     for (int slab = 0; slab < num_slabs; ++slab) {
-        auto& entries = slab_entries[static_cast<std::size_t>(slab)];
+        auto& entries = slab_entries[slab];
         const int slab_begin = slab * slab_height;
         const int slab_end = std::min(box.size[2], slab_begin + slab_height);
         for (Eigen::Index t = 0; t < triangles.rows(); ++t) {
@@ -59,9 +59,8 @@ NearSurface rasterise(const GridBox& box, const Eigen::Ref<const Points>& vertic
                         const ClosestPoint closest = closest_point_on_triangle(node, a, b, c);
                         if ((closest.point - node).cwiseAbs().maxCoeff() > band) continue;
                         const auto squared = static_cast<float>(closest.distance * closest.distance);
-                        int& entry = result.entry_of_node[static_cast<std::size_t>(box.index(i, j, k))];
-                        if (entry >= 0 && entries[static_cast<std::size_t>(entry)].squared_distance <= squared)
-                            continue;
+                        int& entry = result.entry_of_node[box.index(i, j, k)];
+                        if (entry >= 0 && entries[entry].squared_distance <= squared) continue;
                         if (entry < 0) {
                             entry = static_cast<int>(entries.size());
                             entries.emplace_back();
@@ -70,13 +69,12 @@ NearSurface rasterise(const GridBox& box, const Eigen::Ref<const Points>& vertic
                                                           (Eigen::Matrix3d() << normals.row(triangles(t, 0)),
                                                            normals.row(triangles(t, 1)), normals.row(triangles(t, 2)))
                                                               .finished();
-                        entries[static_cast<std::size_t>(entry)] = {closest.point.cast<float>(),
-                                                                    normal.transpose().cast<float>(), squared};
+                        entries[entry] = {closest.point.cast<float>(), normal.transpose().cast<float>(), squared};
                     }
         }
     }
     for (int slab = 0; slab < num_slabs; ++slab) {
-        const auto& entries = slab_entries[static_cast<std::size_t>(slab)];
+        const auto& entries = slab_entries[slab];
         const int shift = static_cast<int>(result.entries.size());
         const auto begin = static_cast<std::size_t>(box.index(0, 0, slab * slab_height));
         const auto end = static_cast<std::size_t>(box.index(0, 0, std::min(box.size[2], (slab + 1) * slab_height)));
@@ -98,7 +96,7 @@ SeedGrid seeds_of(const GridBox& box, const NearSurface& near)
             for (int i = 0; i < box.size[0]; ++i) {
                 const auto n = static_cast<std::size_t>(box.index(i, j, k));
                 if (near.entry_of_node[n] < 0) continue;
-                const NearPoint& entry = near.entries[static_cast<std::size_t>(near.entry_of_node[n])];
+                const NearPoint& entry = near.entries[near.entry_of_node[n]];
                 if ((entry.point - Eigen::Vector3f(i, j, k)).cwiseAbs().maxCoeff() > 0.5F) continue;
                 seeds.seed_of_node[n] = static_cast<int>(seeds.points.size());
                 seeds.points.push_back(entry.point);
@@ -110,7 +108,7 @@ SeedGrid seeds_of(const GridBox& box, const NearSurface& near)
 
 float seed_distance(const SeedGrid& seeds, std::size_t n, int i, int j, int k)
 {
-    return (seeds.points[static_cast<std::size_t>(seeds.seed_of_node[n])] - Eigen::Vector3f(i, j, k)).norm();
+    return (seeds.points[seeds.seed_of_node[n]] - Eigen::Vector3f(i, j, k)).norm();
 }
 
 /// 1 for the nodes that can be reached from the grid's faces through nodes farther than `radius` (in spacings).
@@ -152,7 +150,7 @@ SeedGrid level_set_seeds(const GridBox& box, const SeedGrid& surface, const std:
 {
     SeedGrid seeds;
     seeds.seed_of_node.assign(distance.size(), -1);
-    const auto inside = [&](int i, int j, int k) { return !reached[static_cast<std::size_t>(box.index(i, j, k))]; };
+    const auto inside = [&](int i, int j, int k) { return !reached[box.index(i, j, k)]; };
     for (int k = 1; k + 1 < box.size[2]; ++k)
         for (int j = 1; j + 1 < box.size[1]; ++j)
             for (int i = 1; i + 1 < box.size[0]; ++i) {
@@ -162,24 +160,22 @@ SeedGrid level_set_seeds(const GridBox& box, const SeedGrid& surface, const std:
                 if (in == inside(i - 1, j, k) && in == inside(i + 1, j, k) && in == inside(i, j - 1, k) &&
                     in == inside(i, j + 1, k) && in == inside(i, j, k - 1) && in == inside(i, j, k + 1))
                     continue;
-                const Eigen::Vector3f& centre = surface.points[static_cast<std::size_t>(surface.seed_of_node[n])];
+                const Eigen::Vector3f& centre = surface.points[surface.seed_of_node[n]];
                 const Eigen::Vector3f node(i, j, k);
                 const Eigen::Vector3f point = centre + (radius / distance[n]) * (node - centre);
                 const Eigen::Array3i home = point.array().round().cast<int>();
                 if ((home < 0).any() || (home >= box.size).any()) continue;
                 const auto h = static_cast<std::size_t>(box.index(home[0], home[1], home[2]));
                 // A point that another triangle is nearer to lies within the dilated set, not on its border.
-                const float nearest =
-                    (surface.points[static_cast<std::size_t>(surface.seed_of_node[h])] - point).norm();
+                const float nearest = (surface.points[surface.seed_of_node[h]] - point).norm();
                 if (nearest < radius - 0.05F) continue;
                 int& seed = seeds.seed_of_node[h];
                 const Eigen::Vector3f cube = home.cast<float>().matrix();
                 if (seed < 0) {
                     seed = static_cast<int>(seeds.points.size());
                     seeds.points.push_back(point);
-                } else if ((point - cube).squaredNorm() <
-                           (seeds.points[static_cast<std::size_t>(seed)] - cube).squaredNorm()) {
-                    seeds.points[static_cast<std::size_t>(seed)] = point;
+                } else if ((point - cube).squaredNorm() < (seeds.points[seed] - cube).squaredNorm()) {
+                    seeds.points[seed] = point;
                 }
             }
     require(!seeds.points.empty(), "the distance grid is too small for a closing by {} spacings", radius);
@@ -240,7 +236,7 @@ ScalarGrid signed_distance_grid(const GridBox& box, const Eigen::Ref<const Point
         const auto seed = static_cast<std::size_t>(seeds.seed_of_node[n]);
         Eigen::Vector3f point = seeds.points[seed], normal = seeds.normals[seed];
         if (near.entry_of_node[n] >= 0) {
-            const NearPoint& entry = near.entries[static_cast<std::size_t>(near.entry_of_node[n])];
+            const NearPoint& entry = near.entries[near.entry_of_node[n]];
             if (entry.squared_distance <= (node - point).squaredNorm()) {
                 point = entry.point;
                 normal = entry.normal;

@@ -17,8 +17,7 @@ DynamicMesh::DynamicMesh(const Eigen::Ref<const Points>& vertices, const Eigen::
     for (Eigen::Index v = 0; v < vertices.rows(); ++v) positions.emplace_back(vertices.row(v).transpose());
     for (Eigen::Index t = 0; t < all_triangles.rows(); ++t) {
         triangles.push_back({all_triangles(t, 0), all_triangles(t, 1), all_triangles(t, 2)});
-        for (const int v : triangles.back())
-            vertex_triangles[static_cast<std::size_t>(v)].push_back(static_cast<int>(t));
+        for (const int v : triangles.back()) vertex_triangles[v].push_back(static_cast<int>(t));
     }
 }
 
@@ -86,7 +85,7 @@ std::vector<int> DynamicMesh::feature_neighbours(int v) const
 
 void DynamicMesh::detach(int v, int t)
 {
-    auto& list = vertex_triangles[static_cast<std::size_t>(v)];
+    auto& list = vertex_triangles[v];
     list.erase(std::remove(list.begin(), list.end(), t), list.end());
 }
 
@@ -101,16 +100,16 @@ int DynamicMesh::split(int a, int b, const Eigen::Vector3d& position)
         std::array<int, 3> half = triangle(t);
         // The old triangle keeps a, the new one gets b.
         std::replace(half.begin(), half.end(), a, middle);
-        auto& old = triangles[static_cast<std::size_t>(t)];
+        auto& old = triangles[t];
         std::replace(old.begin(), old.end(), b, middle);
         const int added = num_triangles();
         triangles.push_back(half);
         labels.push_back(label(t));
         detach(b, t);
-        vertex_triangles[static_cast<std::size_t>(b)].push_back(added);
-        vertex_triangles[static_cast<std::size_t>(far)].push_back(added);
-        vertex_triangles[static_cast<std::size_t>(middle)].push_back(t);
-        vertex_triangles[static_cast<std::size_t>(middle)].push_back(added);
+        vertex_triangles[b].push_back(added);
+        vertex_triangles[far].push_back(added);
+        vertex_triangles[middle].push_back(t);
+        vertex_triangles[middle].push_back(added);
     }
     return middle;
 }
@@ -140,12 +139,12 @@ void DynamicMesh::flip(int a, int b)
 {
     const auto [left, right] = edge_triangles(a, b);  // (a, b, c) and (b, a, d)
     const int c = opposite(left, a, b), d = opposite(right, a, b);
-    triangles[static_cast<std::size_t>(left)] = {a, d, c};
-    triangles[static_cast<std::size_t>(right)] = {d, b, c};
+    triangles[left] = {a, d, c};
+    triangles[right] = {d, b, c};
     detach(b, left);
     detach(a, right);
-    vertex_triangles[static_cast<std::size_t>(d)].push_back(left);
-    vertex_triangles[static_cast<std::size_t>(c)].push_back(right);
+    vertex_triangles[d].push_back(left);
+    vertex_triangles[c].push_back(right);
 }
 
 bool DynamicMesh::can_collapse(int removed_vertex, int kept) const
@@ -191,16 +190,16 @@ bool DynamicMesh::can_collapse(int removed_vertex, int kept) const
 void DynamicMesh::collapse(int removed_vertex, int kept)
 {
     for (const int t : std::vector<int>(triangles_of(removed_vertex))) {
-        auto& corners = triangles[static_cast<std::size_t>(t)];
+        auto& corners = triangles[t];
         if (std::find(corners.begin(), corners.end(), kept) != corners.end()) {
             for (const int v : corners) detach(v, t);
             corners = {-1, -1, -1};
         } else {
             std::replace(corners.begin(), corners.end(), removed_vertex, kept);
-            vertex_triangles[static_cast<std::size_t>(kept)].push_back(t);
+            vertex_triangles[kept].push_back(t);
         }
     }
-    vertex_triangles[static_cast<std::size_t>(removed_vertex)].clear();
+    vertex_triangles[removed_vertex].clear();
 }
 
 Eigen::Vector3d DynamicMesh::normal(int t) const
@@ -228,7 +227,7 @@ void DynamicMesh::compact(Points& vertices, Triangles& remaining, std::vector<in
     std::vector<int> new_of_old(positions.size(), -1), kept;
     for (int v = 0; v < num_vertices(); ++v) {
         if (triangles_of(v).empty()) continue;
-        new_of_old[static_cast<std::size_t>(v)] = static_cast<int>(kept.size());
+        new_of_old[v] = static_cast<int>(kept.size());
         kept.push_back(v);
     }
     vertices.resize(static_cast<Eigen::Index>(kept.size()), 3);
@@ -240,9 +239,7 @@ void DynamicMesh::compact(Points& vertices, Triangles& remaining, std::vector<in
     remaining.resize(static_cast<Eigen::Index>(rows.size()), 3);
     remaining_labels.clear();
     for (std::size_t row = 0; row < rows.size(); ++row) {
-        for (int k = 0; k < 3; ++k)
-            remaining(static_cast<Eigen::Index>(row), k) =
-                new_of_old[static_cast<std::size_t>(triangle(rows[row])[static_cast<std::size_t>(k)])];
+        for (int k = 0; k < 3; ++k) remaining(static_cast<Eigen::Index>(row), k) = new_of_old[triangle(rows[row])[k]];
         remaining_labels.push_back(label(rows[row]));
     }
     if (old_of_new != nullptr) *old_of_new = std::move(kept);

@@ -18,11 +18,11 @@ public:
 
     int num_vertices() const { return static_cast<int>(positions.size()); }
     int num_triangles() const { return static_cast<int>(triangles.size()); }
-    bool removed(int triangle) const { return triangles[static_cast<std::size_t>(triangle)][0] < 0; }
-    const std::array<int, 3>& triangle(int t) const { return triangles[static_cast<std::size_t>(t)]; }
-    const Eigen::Vector3d& position(int v) const { return positions[static_cast<std::size_t>(v)]; }
-    const std::vector<int>& triangles_of(int v) const { return vertex_triangles[static_cast<std::size_t>(v)]; }
-    int label(int t) const { return labels[static_cast<std::size_t>(t)]; }
+    bool removed(int triangle) const { return triangles[triangle][0] < 0; }
+    const std::array<int, 3>& triangle(int t) const { return triangles[t]; }
+    const Eigen::Vector3d& position(int v) const { return positions[v]; }
+    const std::vector<int>& triangles_of(int v) const { return vertex_triangles[v]; }
+    int label(int t) const { return labels[t]; }
 
     /// Every edge once, as (a, b) with a < b, in a fixed order.
     std::vector<std::array<int, 2>> edges() const;

@@ -48,7 +48,7 @@ struct BoxedSurface {
 
     BoxedSurface(const Eigen::Ref<const Points>& vertices, const Eigen::Ref<const Triangles>& triangles)
     {
-        elements.reserve(static_cast<std::size_t>(triangles.rows()));
+        elements.reserve(triangles.rows());
         boxes.reserve(elements.capacity());
         for (Eigen::Index t = 0; t < triangles.rows(); ++t) {
             elements.push_back(to_element(to_point(vertices.row(triangles(t, 0))),
@@ -57,7 +57,7 @@ struct BoxedSurface {
             boxes.emplace_back(elements.back().triangle.bbox(), static_cast<int>(t));
         }
     }
-    const Element& operator[](int t) const { return elements[static_cast<std::size_t>(t)]; }
+    const Element& operator[](int t) const { return elements[t]; }
 };
 
 /// Whether triangles with common vertices meet elsewhere too. Corners of each from the first common one on.

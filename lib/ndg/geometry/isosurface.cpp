@@ -107,8 +107,7 @@ public:
             mesh.vertices.row(static_cast<Eigen::Index>(v)) = points_[v].transpose();
         mesh.triangles.resize(static_cast<Eigen::Index>(triangles_.size()), 3);
         for (std::size_t t = 0; t < triangles_.size(); ++t)
-            for (int k = 0; k < 3; ++k)
-                mesh.triangles(static_cast<Eigen::Index>(t), k) = triangles_[t][static_cast<std::size_t>(k)];
+            for (int k = 0; k < 3; ++k) mesh.triangles(static_cast<Eigen::Index>(t), k) = triangles_[t][k];
         return mesh;
     }
 
@@ -129,7 +128,7 @@ private:
     /// Orients away from a node inside.
     void add(std::array<int, 3> v, std::size_t inside)
     {
-        const auto p = [&](std::size_t k) -> const Eigen::Vector3d& { return points_[static_cast<std::size_t>(v[k])]; };
+        const auto p = [&](std::size_t k) -> const Eigen::Vector3d& { return points_[v[k]]; };
         if ((p(1) - p(0)).cross(p(2) - p(0)).dot(grid_.point(inside) - p(0)) > 0.0) std::swap(v[1], v[2]);
         triangles_.push_back(v);
     }
@@ -170,7 +169,7 @@ TriangleMesh marching_tetrahedra(const ScalarField& field, const GridAxes& axes)
                     std::array<std::size_t, 4> nodes{};
                     nodes[0] = grid.index(at[0], at[1], at[2]);
                     for (std::size_t step = 0; step < 3; ++step) {
-                        ++at[static_cast<std::size_t>(order[step])];
+                        ++at[order[step]];
                         nodes[step + 1] = grid.index(at[0], at[1], at[2]);
                     }
                     collector.add_tetrahedron(nodes);

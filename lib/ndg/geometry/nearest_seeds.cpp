@@ -21,7 +21,7 @@ public:
         std::size_t count = 0;
         for (const int seed : seeds) {
             if (seed < 0) continue;
-            const double p = points[static_cast<std::size_t>(seed)][axis];
+            const double p = points[seed][axis];
             const double h = height(seed);
             double from = -1e30;
             bool hidden = false;
@@ -69,12 +69,12 @@ void compare_with_neighbours(const GridBox& box, SeedGrid& seeds)
     for_each_node(box, [&](int i, int j, int k, std::size_t n) {
         const Eigen::Vector3f node(i, j, k);
         int best = before[n];
-        float nearest = (seeds.points[static_cast<std::size_t>(best)] - node).squaredNorm();
+        float nearest = (seeds.points[best] - node).squaredNorm();
         const auto compare = [&](bool exists, Eigen::Index step) {
             if (!exists) return;
-            const int other = before[static_cast<std::size_t>(static_cast<Eigen::Index>(n) + step)];
+            const int other = before[static_cast<Eigen::Index>(n) + step];
             if (other == best) return;
-            const float distance = (seeds.points[static_cast<std::size_t>(other)] - node).squaredNorm();
+            const float distance = (seeds.points[other] - node).squaredNorm();
             if (distance >= nearest) return;
             nearest = distance;
             best = other;
@@ -115,25 +115,21 @@ void find_nearest_seeds(const GridBox& box, SeedGrid& seeds)
                     const Eigen::Index first = box.index(start[0], start[1], start[2]);
                     const Eigen::Index step = inner_axis == 0 ? 1 : box.size[0];
                     for (int i = 0; i < length; ++i)
-                        for (int w = 0; w < width; ++w)
-                            lines[static_cast<std::size_t>(w)][static_cast<std::size_t>(i)] =
-                                nodes[static_cast<std::size_t>(first + i * stride + w * step)];
+                        for (int w = 0; w < width; ++w) lines[w][i] = nodes[first + i * stride + w * step];
                     for (int w = 0; w < width; ++w) {
                         Eigen::Array3i at = start;
                         at[inner_axis] += w;
-                        transform.run(lines[static_cast<std::size_t>(w)], points, axis, [&](int seed) {
+                        transform.run(lines[w], points, axis, [&](int seed) {
                             double sum = 0.0;
                             for (int done = 0; done < axis; ++done) {
-                                const double gap = points[static_cast<std::size_t>(seed)][done] - at[done];
+                                const double gap = points[seed][done] - at[done];
                                 sum += gap * gap;
                             }
                             return sum;
                         });
                     }
                     for (int i = 0; i < length; ++i)
-                        for (int w = 0; w < width; ++w)
-                            nodes[static_cast<std::size_t>(first + i * stride + w * step)] =
-                                lines[static_cast<std::size_t>(w)][static_cast<std::size_t>(i)];
+                        for (int w = 0; w < width; ++w) nodes[first + i * stride + w * step] = lines[w][i];
                 }
             }
         }

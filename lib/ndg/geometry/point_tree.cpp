@@ -38,7 +38,7 @@ int PointTree::build(int begin, int end)
     nodes_.emplace_back();
     Eigen::AlignedBox3d box;
     for (int i = begin; i < end; ++i) {
-        box.extend(Eigen::Vector3d(points_.row(order_[static_cast<std::size_t>(i)]).transpose()));
+        box.extend(Eigen::Vector3d(points_.row(order_[i]).transpose()));
     }
     nodes_[node_idx].low = box.min();
     nodes_[node_idx].high = box.max();
@@ -68,11 +68,10 @@ void PointTree::search(const Eigen::Vector3d& query, std::vector<Neighbour>& hea
     while (height > 0) {
         const Entry entry = stack[--height];
         if (heap.size() == count && entry.squared_distance > heap.front().squared_distance) continue;
-        const Node& node = nodes_[static_cast<std::size_t>(entry.node)];
+        const Node& node = nodes_[entry.node];
         if (node.right < 0) {
             for (int i = node.begin; i < node.end; ++i) {
-                const Neighbour found{order_[static_cast<std::size_t>(i)],
-                                      (points_.row(i).transpose() - query).squaredNorm()};
+                const Neighbour found{order_[i], (points_.row(i).transpose() - query).squaredNorm()};
                 if (heap.size() == count) {
                     if (!(found < heap.front())) continue;
                     std::pop_heap(heap.begin(), heap.end());
@@ -85,8 +84,8 @@ void PointTree::search(const Eigen::Vector3d& query, std::vector<Neighbour>& hea
             continue;
         }
         const int left_idx = entry.node + 1;
-        const Node& left = nodes_[static_cast<std::size_t>(left_idx)];
-        const Node& right = nodes_[static_cast<std::size_t>(node.right)];
+        const Node& left = nodes_[left_idx];
+        const Node& right = nodes_[node.right];
         const Entry near_left{left_idx, box_squared_distance(left.low, left.high, query)};
         const Entry near_right{node.right, box_squared_distance(right.low, right.high, query)};
         const bool left_first = near_left.squared_distance <= near_right.squared_distance;

@@ -38,18 +38,18 @@ void merge_soup(const Eigen::Ref<const Points>& vertices, const Eigen::Ref<const
                 double merge_distance, std::vector<Point>& points, std::vector<std::vector<std::size_t>>& polygons)
 {
     std::map<std::array<long long, 3>, std::size_t> merged;
-    std::vector<std::size_t> index_of(static_cast<std::size_t>(vertices.rows()));
+    std::vector<std::size_t> index_of(vertices.rows());
     for (Eigen::Index v = 0; v < vertices.rows(); ++v) {
         std::array<long long, 3> key{};
         for (int k = 0; k < 3; ++k) key[std::size_t(k)] = std::llround(vertices(v, k) / merge_distance);
         const auto [found, inserted] = merged.emplace(key, points.size());
         if (inserted) points.emplace_back(vertices(v, 0), vertices(v, 1), vertices(v, 2));
-        index_of[static_cast<std::size_t>(v)] = found->second;
+        index_of[v] = found->second;
     }
     std::set<std::array<std::size_t, 3>> seen;
     for (Eigen::Index t = 0; t < triangles.rows(); ++t) {
         std::array<std::size_t, 3> corners{};
-        for (int k = 0; k < 3; ++k) corners[std::size_t(k)] = index_of[static_cast<std::size_t>(triangles(t, k))];
+        for (int k = 0; k < 3; ++k) corners[std::size_t(k)] = index_of[triangles(t, k)];
         if (corners[0] == corners[1] || corners[1] == corners[2] || corners[2] == corners[0]) continue;
         std::array<std::size_t, 3> sorted = corners;
         std::sort(sorted.begin(), sorted.end());
@@ -150,7 +150,7 @@ bool lies_inside(const TriangleMesh& inner, const TriangleMesh& outer)
 int count_open_edges(const Eigen::Ref<const Triangles>& triangles)
 {
     std::vector<std::pair<int, int>> edges;
-    edges.reserve(static_cast<std::size_t>(triangles.size()));
+    edges.reserve(triangles.size());
     for (Eigen::Index t = 0; t < triangles.rows(); ++t)
         for (int k = 0; k < 3; ++k) edges.emplace_back(triangles(t, k), triangles(t, (k + 1) % 3));
     std::sort(edges.begin(), edges.end());

@@ -92,10 +92,10 @@ void fill_input(tetgenio& input, const Eigen::Ref<const Points>& vertices, const
 {
     input.firstnumber = 0;
     input.numberofpoints = static_cast<int>(vertices.rows());
-    input.pointlist = new double[static_cast<std::size_t>(3 * vertices.rows())];
+    input.pointlist = new double[3 * vertices.rows()];
     Eigen::Map<Points>(input.pointlist, vertices.rows(), 3) = vertices;
     input.numberoffacets = static_cast<int>(triangles.rows());
-    input.facetlist = new tetgenio::facet[static_cast<std::size_t>(triangles.rows())];
+    input.facetlist = new tetgenio::facet[triangles.rows()];
     for (int t = 0; t < input.numberoffacets; ++t) {
         tetgenio::facet& facet = input.facetlist[t];
         tetgenio::init(&facet);

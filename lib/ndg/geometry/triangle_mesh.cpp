@@ -101,11 +101,11 @@ std::string fan_defect(const Eigen::Ref<const Triangles>& triangles, Eigen::Inde
     for (std::size_t i = 0; i + 1 < half_edges.size(); i += 2) {
         const auto& a = half_edges[i].forward ? half_edges[i] : half_edges[i + 1];
         const auto& b = half_edges[i].forward ? half_edges[i + 1] : half_edges[i];
-        next[static_cast<std::size_t>(corner_of(a.triangle, a.low))] = corner_of(b.triangle, a.low);
-        next[static_cast<std::size_t>(corner_of(b.triangle, b.high))] = corner_of(a.triangle, b.high);
+        next[corner_of(a.triangle, a.low)] = corner_of(b.triangle, a.low);
+        next[corner_of(b.triangle, b.high)] = corner_of(a.triangle, b.high);
     }
-    std::vector<int> corner_count(static_cast<std::size_t>(num_vertices), 0);
-    std::vector<int> any_corner(static_cast<std::size_t>(num_vertices), -1);
+    std::vector<int> corner_count(num_vertices, 0);
+    std::vector<int> any_corner(num_vertices, -1);
     for (Eigen::Index t = 0; t < triangles.rows(); ++t) {
         for (int corner = 0; corner < 3; ++corner) {
             const auto vertex = static_cast<std::size_t>(triangles(t, corner));
@@ -119,7 +119,7 @@ std::string fan_defect(const Eigen::Ref<const Triangles>& triangles, Eigen::Inde
         int corner = any_corner[vertex];
         do {
             ++fan;
-            corner = next[static_cast<std::size_t>(corner)];
+            corner = next[corner];
         } while (corner != any_corner[vertex]);
         if (fan != corner_count[vertex]) return fmt::format("non-manifold: vertex {} joins several fans", vertex);
     }
@@ -129,12 +129,12 @@ std::string fan_defect(const Eigen::Ref<const Triangles>& triangles, Eigen::Inde
 /// "" or the first connected component that encloses a negative volume.
 std::string orientation_defect(const Eigen::Ref<const Points>& vertices, const Eigen::Ref<const Triangles>& triangles)
 {
-    std::vector<int> parent(static_cast<std::size_t>(vertices.rows()));
+    std::vector<int> parent(vertices.rows());
     for (std::size_t i = 0; i < parent.size(); ++i) parent[i] = static_cast<int>(i);
     const auto root_of = [&](int vertex) {
-        while (parent[static_cast<std::size_t>(vertex)] != vertex) {
-            auto& up = parent[static_cast<std::size_t>(vertex)];
-            up = parent[static_cast<std::size_t>(up)];
+        while (parent[vertex] != vertex) {
+            auto& up = parent[vertex];
+            up = parent[up];
             vertex = up;
         }
         return vertex;
@@ -143,7 +143,7 @@ std::string orientation_defect(const Eigen::Ref<const Points>& vertices, const E
         for (int corner = 1; corner < 3; ++corner) {
             const int a = root_of(triangles(t, 0));
             const int b = root_of(triangles(t, corner));
-            parent[static_cast<std::size_t>(std::max(a, b))] = std::min(a, b);
+            parent[std::max(a, b)] = std::min(a, b);
         }
     }
     std::map<int, double> volume_of_component;
@@ -295,13 +295,13 @@ std::vector<std::vector<int>> boundary_loops(const Eigen::Ref<const Triangles>& 
 
 std::vector<std::vector<int>> vertex_neighbours(const Eigen::Ref<const Triangles>& triangles, int num_vertices)
 {
-    std::vector<std::vector<int>> neighbours(static_cast<std::size_t>(num_vertices));
+    std::vector<std::vector<int>> neighbours(num_vertices);
     for (Eigen::Index t = 0; t < triangles.rows(); ++t) {
         for (int corner = 0; corner < 3; ++corner) {
             const int a = triangles(t, corner);
             const int b = triangles(t, (corner + 1) % 3);
-            neighbours[static_cast<std::size_t>(a)].push_back(b);
-            neighbours[static_cast<std::size_t>(b)].push_back(a);
+            neighbours[a].push_back(b);
+            neighbours[b].push_back(a);
         }
     }
     for (auto& list : neighbours) {

@@ -126,7 +126,7 @@ std::vector<std::size_t> dataset_shape(hid_t dataset)
 {
     const Handle space(H5Dget_space(dataset), H5Sclose);
     const int rank = H5Sget_simple_extent_ndims(space);
-    std::vector<hsize_t> extent(static_cast<std::size_t>(std::max(rank, 0)));
+    std::vector<hsize_t> extent(std::max(rank, 0));
     H5Sget_simple_extent_dims(space, extent.data(), nullptr);
     return {extent.begin(), extent.end()};
 }

@@ -51,7 +51,7 @@ MeshFile read_off(const std::string& path, std::string_view content)
                       "{}: a face of {} vertices, with {} words following", where(), count, words.size() - 1);
         std::vector<long long> corners;
         for (long long k = 1; k <= count; ++k) {
-            corners.push_back(parse_integer(words[static_cast<std::size_t>(k)], where()));
+            corners.push_back(parse_integer(words[k], where()));
         }
         builder.add_polygon(corners, "", lines.number());
     }

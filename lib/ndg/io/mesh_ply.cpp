@@ -193,7 +193,7 @@ void read_element(const Element& element, std::uint64_t index, Source& source, M
         } else {
             const double value = source.next(*property.type, where);
             if (property.name.size() == 1 && property.name[0] >= 'x' && property.name[0] <= 'z') {
-                position[static_cast<std::size_t>(property.name[0] - 'x')] = value;
+                position[property.name[0] - 'x'] = value;
             }
         }
     }

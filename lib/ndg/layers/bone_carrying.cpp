@@ -32,13 +32,13 @@ std::vector<Eigen::Affine3d> bone_similarities(const Template& body_template,
     constexpr double prior = 0.05;  ///< weight of not turning
     const Points& from = body_template.rest.joint_positions;
     const int num_joints = body_template.skeleton.num_joints();
-    std::vector<Eigen::Affine3d> result(static_cast<std::size_t>(num_joints), Eigen::Affine3d::Identity());
+    std::vector<Eigen::Affine3d> result(num_joints, Eigen::Affine3d::Identity());
     for (int j = 0; j < num_joints; ++j) {
         Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
         double spread = 0.0, stretched = 0.0;
         for (int other = 0; other < num_joints; ++other) {
-            const bool parent = body_template.skeleton.parents[static_cast<std::size_t>(j)] == other;
-            if (body_template.skeleton.parents[static_cast<std::size_t>(other)] != j && !parent) continue;
+            const bool parent = body_template.skeleton.parents[j] == other;
+            if (body_template.skeleton.parents[other] != j && !parent) continue;
             const double weight = parent ? 0.3 : 1.0;
             const Eigen::Vector3d a = (from.row(other) - from.row(j)).transpose();
             const Eigen::Vector3d b = (joint_positions.row(other) - joint_positions.row(j)).transpose();
@@ -52,7 +52,7 @@ std::vector<Eigen::Affine3d> bone_similarities(const Template& body_template,
         if (svd.matrixU().determinant() * svd.matrixV().determinant() < 0.0) sign[2] = -1.0;
         const Eigen::Matrix3d rotation = svd.matrixU() * sign.asDiagonal() * svd.matrixV().transpose();
         const double size = spread > 0.0 ? std::sqrt(stretched / spread) : scale;
-        Eigen::Affine3d& transform = result[static_cast<std::size_t>(j)];
+        Eigen::Affine3d& transform = result[j];
         transform.linear() = size * rotation;
         transform.translation() = joint_positions.row(j).transpose() - transform.linear() * from.row(j).transpose();
     }
@@ -65,11 +65,11 @@ Points bone_axes(const Skeleton& skeleton, const Eigen::Ref<const Points>& joint
     const int num_joints = skeleton.num_joints();
     Points axes = Points::Zero(num_joints, 3);
     for (int j = 0; j < num_joints; ++j) {
-        const int parent = skeleton.parents[static_cast<std::size_t>(j)];
+        const int parent = skeleton.parents[j];
         if (parent >= 0) axes.row(parent) += joint_positions.row(j) - joint_positions.row(parent);
     }
     for (int j = 0; j < num_joints; ++j) {
-        const int parent = skeleton.parents[static_cast<std::size_t>(j)];
+        const int parent = skeleton.parents[j];
         if (axes.row(j).norm() < 1e-9 && parent >= 0)
             axes.row(j) = joint_positions.row(j) - joint_positions.row(parent);
         if (axes.row(j).norm() > 0.0) axes.row(j).normalize();
@@ -84,8 +84,7 @@ Points blended(const std::vector<Eigen::Affine3d>& transforms, const Eigen::Ref<
     for (Eigen::Index w = 0; w < carried.rows(); ++w)
         for (Eigen::Index j = 0; j < weights.cols(); ++j)
             if (weights(w, j) > 0.0)
-                carried.row(w) +=
-                    weights(w, j) * (transforms[static_cast<std::size_t>(j)] * points.row(w).transpose()).transpose();
+                carried.row(w) += weights(w, j) * (transforms[j] * points.row(w).transpose()).transpose();
     return carried;
 }
 
@@ -95,7 +94,7 @@ Eigen::VectorXd breadths(const Skeleton& skeleton, const Eigen::Ref<const RowMat
                          const Eigen::Ref<const Points>& joint_positions, const Points& axes)
 {
     const int num_joints = skeleton.num_joints();
-    std::vector<std::vector<double>> ratios(static_cast<std::size_t>(num_joints));
+    std::vector<std::vector<double>> ratios(num_joints);
     for (Eigen::Index w = 0; w < bone_wrap.rows(); ++w) {
         Eigen::Index j = 0;
         if (weights.row(w).maxCoeff(&j) <= 0.5) continue;
@@ -104,16 +103,16 @@ Eigen::VectorXd breadths(const Skeleton& skeleton, const Eigen::Ref<const RowMat
             return (arm - arm.dot(axes.row(j)) * axes.row(j)).norm();
         };
         const double bone = across(bone_wrap);
-        if (bone > 1e-6) ratios[static_cast<std::size_t>(j)].push_back((across(skin_wrap) - bone_depth) / bone);
+        if (bone > 1e-6) ratios[j].push_back((across(skin_wrap) - bone_depth) / bone);
     }
     Eigen::VectorXd result = Eigen::VectorXd::Ones(num_joints);
     for (int j = 0; j < num_joints; ++j) {
         // Both sides together, so that a body's two halves stay alike.
-        std::string other = skeleton.joint_names[static_cast<std::size_t>(j)];
-        std::vector<double> own = ratios[static_cast<std::size_t>(j)];
+        std::string other = skeleton.joint_names[j];
+        std::vector<double> own = ratios[j];
         if (other.rfind("left_", 0) == 0 || other.rfind("right_", 0) == 0) {
             other = other[0] == 'l' ? "right_" + other.substr(5) : "left_" + other.substr(6);
-            const auto& mirrored = ratios[static_cast<std::size_t>(skeleton.joint(other))];
+            const auto& mirrored = ratios[skeleton.joint(other)];
             own.insert(own.end(), mirrored.begin(), mirrored.end());
         }
         if (own.size() < static_cast<std::size_t>(min_breadth_vertices)) continue;
@@ -140,8 +139,7 @@ Points carried_bone_wrap(const Template& body_template, const Eigen::Ref<const R
         const Eigen::Vector3d axis = axes.row(j).transpose(), joint = joint_positions.row(j).transpose();
         const Eigen::Matrix3d shrink =
             breadth[j] * Eigen::Matrix3d::Identity() + (1.0 - breadth[j]) * axis * axis.transpose();
-        transforms[static_cast<std::size_t>(j)] = Eigen::Translation3d(joint) * shrink * Eigen::Translation3d(-joint) *
-                                                  transforms[static_cast<std::size_t>(j)];
+        transforms[j] = Eigen::Translation3d(joint) * shrink * Eigen::Translation3d(-joint) * transforms[j];
     }
     return blended(transforms, weights, bone_wrap);
 }
@@ -156,7 +154,7 @@ void press_under_skin(const Eigen::Ref<const Points>& skin_wrap, const Eigen::Re
     std::vector<Eigen::Triplet<double>> entries;
     double edges = 0.0, length = 0.0;
     for (int v = 0; v < count; ++v) {
-        const auto& ring = neighbours[static_cast<std::size_t>(v)];
+        const auto& ring = neighbours[v];
         entries.emplace_back(v, v, -1.0);
         for (const int n : ring) {
             entries.emplace_back(v, n, 1.0 / static_cast<double>(ring.size()));

@@ -92,11 +92,11 @@ std::vector<Polygon> section_chains(const Eigen::Ref<const Points>& vertices,
         int count = 0;
         for (int k = 0; k < 3; ++k) {
             const int a = triangles(t, k), b = triangles(t, (k + 1) % 3);
-            if ((height[a] >= 0.0) != (height[b] >= 0.0)) cut[static_cast<std::size_t>(count++)] = node(a, b);
+            if ((height[a] >= 0.0) != (height[b] >= 0.0)) cut[count++] = node(a, b);
         }
         if (count != 2) continue;
         for (std::size_t i = 0; i < 2; ++i) {
-            Node& from = nodes[static_cast<std::size_t>(cut[i])];
+            Node& from = nodes[cut[i]];
             from.next[from.next[0] < 0 ? 0 : 1] = cut[1 - i];
         }
     }
@@ -106,13 +106,13 @@ std::vector<Polygon> section_chains(const Eigen::Ref<const Points>& vertices,
         if (seen[start]) continue;
         Polygon chain;
         int at = static_cast<int>(start);
-        while (at >= 0 && !seen[static_cast<std::size_t>(at)]) {
-            Node& current = nodes[static_cast<std::size_t>(at)];
-            seen[static_cast<std::size_t>(at)] = 1;
+        while (at >= 0 && !seen[at]) {
+            Node& current = nodes[at];
+            seen[at] = 1;
             chain.push_back(current.place);
             at = -1;
             for (const int next : current.next)
-                if (next >= 0 && !seen[static_cast<std::size_t>(next)]) at = next;
+                if (next >= 0 && !seen[next]) at = next;
         }
         chains.push_back(std::move(chain));
     }

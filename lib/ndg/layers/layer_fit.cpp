@@ -36,8 +36,8 @@ PrismVertices prism_of(const Surfaces& surfaces, const Eigen::Ref<const Triangle
 {
     PrismVertices prism;
     for (int k = 0; k < 3; ++k) {
-        prism.row(k) = surfaces[static_cast<std::size_t>(layer + 1)].row(triangles(t, k));
-        prism.row(3 + k) = surfaces[static_cast<std::size_t>(layer)].row(triangles(t, k));
+        prism.row(k) = surfaces[layer + 1].row(triangles(t, k));
+        prism.row(3 + k) = surfaces[layer].row(triangles(t, k));
     }
     return prism;
 }
@@ -57,7 +57,7 @@ public:
         }
         for (Eigen::Index t = 0; t < triangles.rows(); ++t)
             for (int k = 0; k < 3; ++k)
-                if (is_free[static_cast<std::size_t>(triangles(t, k))]) {
+                if (is_free[triangles(t, k)]) {
                     triangles_.push_back(static_cast<int>(t));
                     break;
                 }
@@ -86,7 +86,7 @@ public:
         const double unit = 1.0 / (options_.length_scale * options_.length_scale);
         for (int s = 0; s < num_surfaces; ++s) {
             const Points displacement = displacements(at, s);
-            const Points bend = laplacian_ * displacement + fixed_bend_[static_cast<std::size_t>(s)];
+            const Points bend = laplacian_ * displacement + fixed_bend_[s];
             energy += options_.smoothness * unit * bend.squaredNorm() + spring(s) * unit * displacement.squaredNorm();
             if (gradient == nullptr) continue;
             const Points force =
@@ -143,7 +143,7 @@ public:
     {
         for (std::size_t i = 0; i < free_.size(); ++i)
             for (int s = 0; s < num_surfaces; ++s)
-                at[static_cast<std::size_t>(s)].row(free_[i]) +=
+                at[s].row(free_[i]) +=
                     share * step.segment<3>(column_size * static_cast<Eigen::Index>(i) + 3 * s).transpose();
     }
 
@@ -154,15 +154,14 @@ private:
     /// First unknown of corner k of a prism, -1 where its column is fixed.
     int unknown(int t, int layer, int k) const
     {
-        const int row = row_[static_cast<std::size_t>(all_triangles_(t, k % 3))];
+        const int row = row_[all_triangles_(t, k % 3)];
         return row < 0 ? -1 : column_size * row + 3 * (k < 3 ? layer + 1 : layer);
     }
     Points displacements(const Surfaces& at, int s) const
     {
         Points result(static_cast<Eigen::Index>(free_.size()), 3);
         for (std::size_t i = 0; i < free_.size(); ++i)
-            result.row(static_cast<Eigen::Index>(i)) =
-                at[static_cast<std::size_t>(s)].row(free_[i]) - targets_[static_cast<std::size_t>(s)].row(free_[i]);
+            result.row(static_cast<Eigen::Index>(i)) = at[s].row(free_[i]) - targets_[s].row(free_[i]);
         return result;
     }
     /// Umbrella Laplacian of the free columns, and what the displacements of the fixed ones add to it.
@@ -172,16 +171,12 @@ private:
         std::vector<int> centres;
         for (std::size_t v = 0; v < neighbours.size(); ++v) {
             const auto& ring = neighbours[v];
-            if (row_[v] < 0 &&
-                std::none_of(ring.begin(), ring.end(), [&](int n) { return row_[static_cast<std::size_t>(n)] >= 0; }))
-                continue;
+            if (row_[v] < 0 && std::none_of(ring.begin(), ring.end(), [&](int n) { return row_[n] >= 0; })) continue;
             const int row = static_cast<int>(centres.size());
             centres.push_back(static_cast<int>(v));
             if (row_[v] >= 0) entries.emplace_back(row, row_[v], -1.0);
             for (const int n : ring)
-                if (row_[static_cast<std::size_t>(n)] >= 0)
-                    entries.emplace_back(row, row_[static_cast<std::size_t>(n)],
-                                         1.0 / static_cast<double>(ring.size()));
+                if (row_[n] >= 0) entries.emplace_back(row, row_[n], 1.0 / static_cast<double>(ring.size()));
         }
         const auto rows = static_cast<Eigen::Index>(centres.size());
         laplacian_.resize(rows, static_cast<Eigen::Index>(free_.size()));
@@ -190,7 +185,7 @@ private:
         for (std::size_t s = 0; s < num_surfaces; ++s) {
             fixed_bend_[s] = Points::Zero(rows, 3);
             for (Eigen::Index row = 0; row < rows; ++row) {
-                const auto v = static_cast<std::size_t>(centres[static_cast<std::size_t>(row)]);
+                const auto v = static_cast<std::size_t>(centres[row]);
                 const auto add = [&](std::size_t vertex, double factor) {
                     if (row_[vertex] >= 0) return;
                     const auto index = static_cast<Eigen::Index>(vertex);
@@ -263,7 +258,7 @@ void grow(std::vector<char>& marked, const std::vector<std::vector<int>>& neighb
         const std::vector<char> before = marked;
         for (std::size_t v = 0; v < before.size(); ++v)
             if (before[v])
-                for (const int n : neighbours[v]) marked[static_cast<std::size_t>(n)] = 1;
+                for (const int n : neighbours[v]) marked[n] = 1;
     }
 }
 
@@ -293,11 +288,11 @@ LayerSurfaces fit_layers(const Eigen::Ref<const Triangles>& triangles, const Lay
     Surfaces at = wanted, best = wanted;
     Eigen::ArrayX2d weights = Eigen::ArrayX2d::Ones(num_triangles, 2);
     const Points normals = vertex_normals(targets.skin, triangles);
-    std::vector<char> moved(static_cast<std::size_t>(count), 0);
+    std::vector<char> moved(count, 0);
     report = {};
     report.min_scaled_jacobian = -std::numeric_limits<double>::max();
     for (int round = 0;; ++round) {
-        std::vector<char> bad(static_cast<std::size_t>(count), 0), invalid = bad;
+        std::vector<char> bad(count, 0), invalid = bad;
         double lowest = std::numeric_limits<double>::max();
         int worst = -1, num_bad = 0;
         for (Eigen::Index t = 0; t < num_triangles; ++t)
@@ -312,8 +307,8 @@ LayerSurfaces fit_layers(const Eigen::Ref<const Triangles>& triangles, const Lay
                 ++num_bad;
                 if (round > 0) weights(t, layer) = std::min(weight_growth * weights(t, layer), max_weight);
                 for (int k = 0; k < 3; ++k) {
-                    bad[static_cast<std::size_t>(triangles(t, k))] = 1;
-                    if (quality[0] <= 0.0) invalid[static_cast<std::size_t>(triangles(t, k))] = 1;
+                    bad[triangles(t, k)] = 1;
+                    if (quality[0] <= 0.0) invalid[triangles(t, k)] = 1;
                 }
             }
         log_debug("layers: round {}, {} of {} prisms below what is wanted, smallest scaled Jacobian {:.4f}", round,

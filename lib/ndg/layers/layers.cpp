@@ -42,7 +42,7 @@ LayerBuilder::LayerBuilder(const Template& body_template, const LayerFitOptions&
                   num_wrap);
     weights_ = RowMatrix::Zero(num_wrap, body_template.skeleton.num_joints());
     for (int w = 0; w < num_wrap; ++w) {
-        const int s = body_template.wrap_to_skin[static_cast<std::size_t>(w)];
+        const int s = body_template.wrap_to_skin[w];
         for (int k = 0; k < max_influences; ++k)
             weights_(w, body_template.skin_weights.joints(s, k)) += body_template.skin_weights.weights(s, k);
     }
@@ -60,7 +60,7 @@ LayerSurfaces LayerBuilder::targets(const Skin& skin, double scale, LayerReport&
     LayerSurfaces surfaces;
     surfaces.skin.resize(num_wrap, 3);
     for (Eigen::Index w = 0; w < num_wrap; ++w)
-        surfaces.skin.row(w) = skin.skin_vertices.row(template_.wrap_to_skin[static_cast<std::size_t>(w)]);
+        surfaces.skin.row(w) = skin.skin_vertices.row(template_.wrap_to_skin[w]);
     surfaces.bone = carried_bone_wrap(template_, weights_, surfaces.skin, skin.joint_positions, scale);
     press_under_skin(surfaces.skin, template_.wrap_triangles, min_tissue_thickness, surfaces.bone);
     const Points offsets = surfaces.bone - surfaces.skin;
@@ -114,7 +114,7 @@ Body LayerBuilder::build(const Skin& skin, const Person& person, LayerReport* re
 
     Points skin_wrap(bone_.rows(), 3);
     for (Eigen::Index w = 0; w < skin_wrap.rows(); ++w)
-        skin_wrap.row(w) = skin.skin_vertices.row(template_.wrap_to_skin[static_cast<std::size_t>(w)]);
+        skin_wrap.row(w) = skin.skin_vertices.row(template_.wrap_to_skin[w]);
     const double area = triangle_areas(skin_wrap, template_.wrap_triangles).sum();
     result.composition = body_composition(result.girths, result.stature_m, result.mass_kg, area, person);
 
@@ -129,7 +129,7 @@ Body LayerBuilder::build(const Skin& skin, const Person& person, LayerReport* re
     body.volume_vertices.resize(3 * bone_.rows(), 3);
     body.volume_vertices << layers.bone, layers.muscle, layers.skin;
     for (Eigen::Index w = 0; w < bone_.rows(); ++w)
-        body.skin_vertices.row(template_.wrap_to_skin[static_cast<std::size_t>(w)]) = layers.skin.row(w);
+        body.skin_vertices.row(template_.wrap_to_skin[w]) = layers.skin.row(w);
     // What counts is the body as it is stored.
     const Points stored = body.volume_vertices.cast<float>().cast<double>();
     const PrismCheck check = check_prisms(stored, template_.prisms);

@@ -203,7 +203,7 @@ bool is_keyframe_motion(const std::string& path)
     std::ifstream file(path, std::ios::binary);
     std::string head(1024, '\0');
     file.read(head.data(), static_cast<std::streamsize>(head.size()));
-    head.resize(static_cast<std::size_t>(file.gcount()));
+    head.resize(file.gcount());
     return head.find("\"" + format_name + "\"") != std::string::npos;
 }
 

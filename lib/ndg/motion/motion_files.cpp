@@ -88,7 +88,7 @@ bool looks_like_deepmimic(const fs::path& path)
     std::ifstream file(path, std::ios::binary);
     std::string head(4096, '\0');
     file.read(head.data(), static_cast<std::streamsize>(head.size()));
-    head.resize(static_cast<std::size_t>(file.gcount()));
+    head.resize(file.gcount());
     const std::size_t first = head.find_first_not_of(" \t\r\n");
     return first != std::string::npos && head[first] == '{' && head.find("\"Frames\"") != std::string::npos;
 }

@@ -22,7 +22,7 @@ constexpr int max_basis_samples = 1000;
 RowMatrixF fit_output_basis(const TrainingSet& set, const OutputSpace& output_space, int num_components,
                             std::uint64_t seed)
 {
-    std::vector<int> chosen(static_cast<std::size_t>(set.size()));
+    std::vector<int> chosen(set.size());
     std::iota(chosen.begin(), chosen.end(), 0);
     if (set.size() > max_basis_samples) {
         chosen = Random(seed, "output basis").permutation(set.size());

@@ -3,8 +3,8 @@
 #pragma once
 
 #include "ndg/body/pose_set.h"
-#include "ndg/dataset/deformation_file.h"
 #include "ndg/body/template.h"
+#include "ndg/dataset/deformation_file.h"
 #include "ndg/neural/model.h"
 
 #include <map>

@@ -169,8 +169,8 @@ SkinSet sample_skins(const Template& body_template, const std::string& makehuman
     SkinSet skins;
     skins.parameter_names = {"sex", "age_years", "stature_m", "mass_kg", "bmi"};
     skins.parameters.resize(count, 5);
-    skins.bodies.resize(static_cast<std::size_t>(count));
-    std::vector<std::string> errors(static_cast<std::size_t>(count));
+    skins.bodies.resize(count);
+    std::vector<std::string> errors(count);
     Progress progress("sample-bodies", static_cast<std::size_t>(count));
 #pragma omp parallel for schedule(dynamic)
     for (int b = 0; b < count; ++b) {
@@ -181,14 +181,13 @@ SkinSet sample_skins(const Template& body_template, const std::string& makehuman
             const double height = stature(p.surface.vertices);
             const double mass = body_density * enclosed_volume(p.surface.vertices, p.surface.triangles);
             skins.parameters.row(b) << p.sex, p.age_years, height, mass, mass / (height * height);
-            skins.bodies[static_cast<std::size_t>(b)] = std::move(body);
+            skins.bodies[b] = std::move(body);
         } catch (const std::exception& error) {
-            errors[static_cast<std::size_t>(b)] = error.what();
+            errors[b] = error.what();
         }
         progress.advance();
     }
-    for (int b = 0; b < count; ++b)
-        require(errors[static_cast<std::size_t>(b)].empty(), "body {}: {}", b, errors[static_cast<std::size_t>(b)]);
+    for (int b = 0; b < count; ++b) require(errors[b].empty(), "body {}: {}", b, errors[b]);
     return skins;
 }
 
@@ -219,7 +218,7 @@ std::string sampling_table(const SkinSet& skins, const BodySamplingOptions& opti
             const double deviation =
                 count > 1 ? std::sqrt((all - mean).square().sum() / static_cast<double>(count - 1)) : 0.0;
             const auto percentile = [&](double share) {
-                return sorted[static_cast<std::size_t>(std::lround(share * static_cast<double>(count - 1)))];
+                return sorted[std::lround(share * static_cast<double>(count - 1))];
             };
             table +=
                 fmt::format("{:<8}{:<16}{:>8.3f}{:>8.3f}{:>8.3f}{:>8.3f}{:>8.3f}{:>8.3f}\n", male ? "men" : "women",

@@ -46,7 +46,7 @@ void cover(AnatomyMesh& part, const Field& skin, double depth)
                 Points mean = push;
                 for (Eigen::Index v = 0; v < push.rows(); ++v) {
                     Eigen::RowVector3d sum = Eigen::RowVector3d::Zero();
-                    const auto& around = neighbours[static_cast<std::size_t>(v)];
+                    const auto& around = neighbours[v];
                     for (const int n : around) sum += push.row(n);
                     mean.row(v) = sum / static_cast<double>(around.size());
                     if (mean.row(v).squaredNorm() < wanted.row(v).squaredNorm()) mean.row(v) = wanted.row(v);

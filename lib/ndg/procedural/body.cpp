@@ -49,12 +49,10 @@ struct ProceduralBody::State {
         const Field field = skin_field(layout);
         surface = mesh_skin(layout, field);
         weights = procedural_weights(layout, field, surface);
-        mirror.resize(static_cast<std::size_t>(surface.vertices.rows()));
+        mirror.resize(surface.vertices.rows());
         const int shift = surface.num_half - surface.num_middle;
         for (int v = 0; v < static_cast<int>(mirror.size()); ++v)
-            mirror[static_cast<std::size_t>(v)] = v < surface.num_middle ? v
-                                                  : v < surface.num_half ? v + shift
-                                                                         : v - shift;
+            mirror[v] = v < surface.num_middle ? v : v < surface.num_half ? v + shift : v - shift;
     }
 
     /// Left half of the skin of a layout.

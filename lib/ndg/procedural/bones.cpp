@@ -44,7 +44,7 @@ AnatomyMesh mesh_bone(const BoneSketch& sketch)
                            even_axis(low.z(), high.z(), cell)};
     TriangleMesh mesh = marching_tetrahedra([&](const Eigen::Vector3d& x) { return sketch.field.value(x); }, axes);
     require(mesh.triangles.rows() > 0, "procedural body: the {} has no surface", sketch.name);
-    std::vector<int> labels(static_cast<std::size_t>(mesh.triangles.rows()), 0);
+    std::vector<int> labels(mesh.triangles.rows(), 0);
     mesh = remesh_graded(mesh, labels, {sketch.edge_length});
     AnatomyMesh part;
     part.name = sketch.paired ? with_side("Left", sketch.name) : sketch.name;

@@ -68,7 +68,7 @@ BodyLayout::BodyLayout(const ProceduralParameters& parameters, double girth) : p
     place_leg();
     const Skeleton& skeleton = standard_skeleton();
     for (int j = 0; j < skeleton.num_joints(); ++j) {
-        const std::string& name = skeleton.joint_names[static_cast<std::size_t>(j)];
+        const std::string& name = skeleton.joint_names[j];
         if (name.rfind("right_", 0) != 0) continue;
         joints_.row(j) = joints_.row(skeleton.joint("left_" + name.substr(6)));
         joints_(j, 0) = -joints_(j, 0);

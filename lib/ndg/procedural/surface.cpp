@@ -47,7 +47,7 @@ struct HalfNeighbour {
 std::vector<std::vector<HalfNeighbour>> half_neighbours(const SymmetricSurface& surface)
 {
     const auto all = vertex_neighbours(surface.triangles, static_cast<int>(surface.vertices.rows()));
-    std::vector<std::vector<HalfNeighbour>> result(static_cast<std::size_t>(surface.num_half));
+    std::vector<std::vector<HalfNeighbour>> result(surface.num_half);
     for (std::size_t v = 0; v < result.size(); ++v)
         for (const int n : all[v]) {
             const bool mirrored = n >= surface.num_half;
@@ -63,12 +63,12 @@ Points neighbour_mean(const std::vector<std::vector<HalfNeighbour>>& neighbours,
 #pragma omp parallel for
     for (Eigen::Index v = 0; v < values.rows(); ++v) {
         Eigen::RowVector3d sum = Eigen::RowVector3d::Zero();
-        for (const HalfNeighbour& n : neighbours[static_cast<std::size_t>(v)]) {
+        for (const HalfNeighbour& n : neighbours[v]) {
             Eigen::RowVector3d value = values.row(n.vertex);
             if (n.mirrored) value.x() = -value.x();
             sum += value;
         }
-        mean.row(v) = sum / static_cast<double>(neighbours[static_cast<std::size_t>(v)].size());
+        mean.row(v) = sum / static_cast<double>(neighbours[v].size());
     }
     return mean;
 }
@@ -142,15 +142,15 @@ SymmetricSurface mesh_skin(const BodyLayout& layout, const Field& field)
     surface.num_half = static_cast<int>(order.size());
     Points half(surface.num_half, 3);
     for (int i = 0; i < surface.num_half; ++i) {
-        rank[static_cast<std::size_t>(order[static_cast<std::size_t>(i)])] = i;
-        half.row(i) = mesh.vertices.row(order[static_cast<std::size_t>(i)]);
+        rank[order[i]] = i;
+        half.row(i) = mesh.vertices.row(order[i]);
     }
     const Eigen::Index count = mesh.triangles.rows();
     surface.triangles.resize(2 * count, 3);
     const auto mirror = [&](int v) { return v < surface.num_middle ? v : v + surface.num_half - surface.num_middle; };
     for (Eigen::Index t = 0; t < count; ++t)
         for (int k = 0; k < 3; ++k) {
-            const int v = rank[static_cast<std::size_t>(mesh.triangles(t, k))];
+            const int v = rank[mesh.triangles(t, k)];
             surface.triangles(t, k) = v;
             surface.triangles(count + t, 2 - k) = mirror(v);
         }

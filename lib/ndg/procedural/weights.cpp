@@ -82,7 +82,7 @@ public:
                 {id("left_toes"), layout.joint("left_toes"), layout.foot_front(), 0.018 * u_}};
         for (int f = 0; f < 5; ++f) {
             const Points p = finger_points(layout, f);
-            std::vector<Handover>& chain = fingers_[static_cast<std::size_t>(f)];
+            std::vector<Handover>& chain = fingers_[f];
             chain.push_back(arm_[3]);
             chain.push_back(arm_[4]);
             for (int k = 0; k < 3; ++k)
@@ -112,7 +112,7 @@ public:
         } else if (part == skin_leg || part == skin_foot) {
             add_chain(leg_, x, share, weights);
         } else {
-            add_chain(fingers_[static_cast<std::size_t>(part - skin_finger_0)], x, share, weights);
+            add_chain(fingers_[part - skin_finger_0], x, share, weights);
         }
     }
 
@@ -157,7 +157,7 @@ std::string bone_end(const std::string& joint)
 int mirrored_joint(int joint)
 {
     const Skeleton& skeleton = standard_skeleton();
-    const std::string& name = skeleton.joint_names[static_cast<std::size_t>(joint)];
+    const std::string& name = skeleton.joint_names[joint];
     if (name.rfind("left_", 0) == 0) return skeleton.joint("right_" + name.substr(5));
     if (name.rfind("right_", 0) == 0) return skeleton.joint("left_" + name.substr(6));
     return joint;
@@ -179,30 +179,28 @@ RowMatrix procedural_weights(const BodyLayout& layout, const Field& field, const
         std::array<double, num_parts> shares{};
         double nearest = 1.0, sum = 0.0;
         for (int part = 0; part < num_parts; ++part) {
-            shares[static_cast<std::size_t>(part)] = field.part_value(part, x);
-            nearest = std::min(nearest, shares[static_cast<std::size_t>(part)]);
+            shares[part] = field.part_value(part, x);
+            nearest = std::min(nearest, shares[part]);
         }
         for (int part = 0; part < num_parts; ++part) {
             const double reach = (part >= skin_finger_0 ? 0.0025 : part == skin_palm ? 0.004 : 0.012) * layout.unit();
-            double& share = shares[static_cast<std::size_t>(part)];
+            double& share = shares[part];
             share = std::exp(-(share - nearest) / reach);
             if (share < 1e-3) share = 0.0;
             sum += share;
         }
         for (int part = 0; part < num_parts; ++part)
-            if (shares[static_cast<std::size_t>(part)] > 0.0)
-                chains.add(part, x, shares[static_cast<std::size_t>(part)] / sum, weights.row(v));
+            if (shares[part] > 0.0) chains.add(part, x, shares[part] / sum, weights.row(v));
         if (v < surface.num_middle) {
             const Eigen::RowVectorXd one_sided = weights.row(v);
             for (int j = 0; j < num_standard_joints; ++j)
-                weights(v, j) = 0.5 * (one_sided[j] + one_sided[mirror_joint[static_cast<std::size_t>(j)]]);
+                weights(v, j) = 0.5 * (one_sided[j] + one_sided[mirror_joint[j]]);
         }
     }
     const auto complete = [&] {
         for (int v = surface.num_middle; v < surface.num_half; ++v)
             for (int j = 0; j < num_standard_joints; ++j)
-                weights(v + surface.num_half - surface.num_middle, mirror_joint[static_cast<std::size_t>(j)]) =
-                    weights(v, j);
+                weights(v + surface.num_half - surface.num_middle, mirror_joint[j]) = weights(v, j);
     };
     complete();
     const auto neighbours = vertex_neighbours(surface.triangles, static_cast<int>(surface.vertices.rows()));
@@ -211,9 +209,8 @@ RowMatrix procedural_weights(const BodyLayout& layout, const Field& field, const
 #pragma omp parallel for schedule(dynamic, 256)
         for (int v = 0; v < surface.num_half; ++v) {
             Eigen::RowVectorXd mean = Eigen::RowVectorXd::Zero(weights.cols());
-            for (const int n : neighbours[static_cast<std::size_t>(v)]) mean += weights.row(n);
-            smoothed.row(v) =
-                0.5 * weights.row(v) + 0.5 * mean / static_cast<double>(neighbours[static_cast<std::size_t>(v)].size());
+            for (const int n : neighbours[v]) mean += weights.row(n);
+            smoothed.row(v) = 0.5 * weights.row(v) + 0.5 * mean / static_cast<double>(neighbours[v].size());
         }
         weights = smoothed;
         complete();
@@ -221,7 +218,7 @@ RowMatrix procedural_weights(const BodyLayout& layout, const Field& field, const
     // The eight largest, without the negligible; of equal entries all stay or none, so that the middle stays symmetric.
     for (int v = 0; v < surface.num_half; ++v) {
         std::array<double, num_standard_joints> sorted{};
-        for (int j = 0; j < num_standard_joints; ++j) sorted[static_cast<std::size_t>(j)] = weights(v, j);
+        for (int j = 0; j < num_standard_joints; ++j) sorted[j] = weights(v, j);
         std::sort(sorted.begin(), sorted.end(), std::greater<double>());
         const double least = std::max(negligible_share, sorted[max_influences] * (1.0 + 1e-9));
         for (int j = 0; j < num_standard_joints; ++j)
@@ -249,7 +246,7 @@ Points carry_points(const BodyLayout& from, const BodyLayout& to, const Eigen::R
     };
     std::vector<Eigen::Affine3d> motions;
     for (int j = 0; j < skeleton.num_joints(); ++j) {
-        const std::string& name = skeleton.joint_names[static_cast<std::size_t>(j)];
+        const std::string& name = skeleton.joint_names[j];
         const std::string end = bone_end(name);
         const double across = scale_across(name);
         const Eigen::Vector3d a = from.joints().row(j).transpose(), b = to.joints().row(j).transpose();
@@ -260,10 +257,9 @@ Points carry_points(const BodyLayout& from, const BodyLayout& to, const Eigen::R
             linear =
                 Eigen::Quaterniond::FromTwoVectors(bone_a, bone_b).toRotationMatrix() *
                 (across * Eigen::Matrix3d::Identity() + (bone_b.norm() / bone_a.norm() - across) * d * d.transpose());
-        } else if (skeleton.parents[static_cast<std::size_t>(j)] >= 0) {
+        } else if (skeleton.parents[j] >= 0) {
             // An end bone keeps its parent's rotation; its own length is not known.
-            const Eigen::Matrix3d parent =
-                motions[static_cast<std::size_t>(skeleton.parents[static_cast<std::size_t>(j)])].linear();
+            const Eigen::Matrix3d parent = motions[skeleton.parents[j]].linear();
             const Eigen::JacobiSVD<Eigen::Matrix3d> svd(parent, Eigen::ComputeFullU | Eigen::ComputeFullV);
             linear = across * svd.matrixU() * svd.matrixV().transpose();
         }
@@ -277,7 +273,7 @@ Points carry_points(const BodyLayout& from, const BodyLayout& to, const Eigen::R
         const Eigen::Vector3d x = points.row(v).transpose();
         Eigen::Vector3d sum = Eigen::Vector3d::Zero();
         for (int j = 0; j < num_standard_joints; ++j)
-            if (weights(v, j) > 0.0) sum += weights(v, j) * (motions[static_cast<std::size_t>(j)] * x);
+            if (weights(v, j) > 0.0) sum += weights(v, j) * (motions[j] * x);
         carried.row(v) = sum.transpose();
     }
     return carried;

@@ -71,7 +71,7 @@ void add_matches(const std::vector<PlaneMatch>& matches, std::size_t sampled, co
     Eigen::MatrixXd jacobian(static_cast<Eigen::Index>(matches.size()), vertex_jacobian.cols());
     Eigen::VectorXd residuals(jacobian.rows());
     for (Eigen::Index i = 0; i < jacobian.rows(); ++i) {
-        const PlaneMatch& match = matches[static_cast<std::size_t>(i)];
+        const PlaneMatch& match = matches[i];
         const double weight = scale * std::sqrt(geman_mcclure(match.residual, reach)) / deviation;
         const Eigen::Index row = 3 * row_of(rows, match.vertex);
         jacobian.row(i) = weight * match.normal.transpose() * vertex_jacobian.middleRows(row, 3);

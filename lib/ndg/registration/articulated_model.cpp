@@ -21,7 +21,7 @@ constexpr double difference_step = 1e-5;
 
 std::vector<int> all_rows(Eigen::Index count)
 {
-    std::vector<int> rows(static_cast<std::size_t>(count));
+    std::vector<int> rows(count);
     std::iota(rows.begin(), rows.end(), 0);
     return rows;
 }
@@ -136,12 +136,12 @@ ArticulatedModel::ArticulatedModel(SkinnedSurface skin) : skin_(std::move(skin))
                 part.direction = bone / part.length;
             }
             for (const std::string& joint : rows[p].joints) {
-                joint_parts_[static_cast<std::size_t>(skeleton.joint(sided(joint, side)))] = part;
+                joint_parts_[skeleton.joint(sided(joint, side))] = part;
             }
         }
     }
     for (std::size_t j = 0; j < joint_count; ++j) {
-        if (joint_parts_[j].part < 0) joint_parts_[j] = joint_parts_[static_cast<std::size_t>(skeleton.parents[j])];
+        if (joint_parts_[j].part < 0) joint_parts_[j] = joint_parts_[skeleton.parents[j]];
     }
 
     std::vector<Eigen::Matrix3d> priors;
@@ -151,7 +151,7 @@ ArticulatedModel::ArticulatedModel(SkinnedSurface skin) : skin_(std::move(skin))
     add_turn({"neck_1", "neck_2", "head"}, 12.0, 8.0, up, priors);
     for (const std::string side : {"left_", "right_"}) {
         const auto axis = [&](const std::string& joint) {
-            return joint_parts_[static_cast<std::size_t>(skeleton.joint(side + joint))].direction;
+            return joint_parts_[skeleton.joint(side + joint)].direction;
         };
         // A surface says little of a limb's twist about its own bone.
         add_turn({side + "clavicle"}, 4.0, 2.0, Eigen::Vector3d::UnitX(), priors);
@@ -183,7 +183,7 @@ std::vector<ArticulatedModel::Scale> ArticulatedModel::joint_scales(const Eigen:
 {
     std::vector<Scale> scales;
     for (const JointPart& joint : joint_parts_) {
-        const Part& part = parts_[static_cast<std::size_t>(joint.part)];
+        const Part& part = parts_[joint.part];
         scales.emplace_back(joint, part.kind, parameters.segment(part.parameter, part.num_parameters()),
                             std::exp(parameters[6]));
     }
@@ -198,7 +198,7 @@ Points ArticulatedModel::rest_joints(const Eigen::VectorXd& parameters) const
     for (std::size_t j = 1; j < scales.size(); ++j) {
         const auto row = static_cast<Eigen::Index>(j), parent = static_cast<Eigen::Index>(parents[j]);
         const Eigen::Vector3d bone = (skin_.joint_positions.row(row) - skin_.joint_positions.row(parent)).transpose();
-        joints.row(row) = joints.row(parent) + scales[static_cast<std::size_t>(parent)].bone(bone).transpose();
+        joints.row(row) = joints.row(parent) + scales[parent].bone(bone).transpose();
     }
     return joints;
 }
@@ -228,7 +228,7 @@ Pose ArticulatedModel::pose(const Eigen::VectorXd& parameters) const
     result.root_translation = parameters.segment<3>(3);
     for (const Turn& turn : turns_) {
         const Eigen::Vector3d share = parameters.segment<3>(turn.parameter) / static_cast<double>(turn.joints.size());
-        for (const int j : turn.joints) result.parent_from_joint[static_cast<std::size_t>(j)] = rotation_of(share);
+        for (const int j : turn.joints) result.parent_from_joint[j] = rotation_of(share);
     }
     return result;
 }

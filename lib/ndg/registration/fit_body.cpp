@@ -41,7 +41,7 @@ Points posed_joints(const Points& joints, const std::vector<Eigen::Isometry3d>& 
 {
     Points result(joints.rows(), 3);
     for (Eigen::Index j = 0; j < joints.rows(); ++j) {
-        result.row(j) = (world_from_rest[static_cast<std::size_t>(j)] * joints.row(j).transpose()).transpose();
+        result.row(j) = (world_from_rest[j] * joints.row(j).transpose()).transpose();
     }
     return result;
 }
@@ -66,7 +66,7 @@ NamedLandmarks find_landmarks(const Template& body_template, const std::string& 
     result.in_file.resize(count, 3);
     result.on_template.resize(count, 3);
     for (Eigen::Index i = 0; i < count; ++i) {
-        const auto& [landmark_name, position] = landmarks[static_cast<std::size_t>(i)];
+        const auto& [landmark_name, position] = landmarks[i];
         const auto& known = body_template.landmarks;
         const auto found = std::find_if(known.begin(), known.end(),
                                         [&, wanted = landmark_name](const Landmark& l) { return l.name == wanted; });

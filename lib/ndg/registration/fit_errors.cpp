@@ -45,7 +45,7 @@ FitErrors measure_errors(const FittedBody& fitted, const TrueBody& truth, const 
     int count = 0;
     const Skeleton& skeleton = standard_skeleton();
     for (int j = 0; j < skeleton.num_joints(); ++j) {
-        const std::string& name = skeleton.joint_names[static_cast<std::size_t>(j)];
+        const std::string& name = skeleton.joint_names[j];
         if (is_finger(name)) continue;
         const double distance = (fitted.posed_joints.row(j) - truth.posed_joints.row(j)).norm();
         errors.joint_mean += distance;

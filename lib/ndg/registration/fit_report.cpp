@@ -26,7 +26,7 @@ Distances summarise(std::vector<double> values)
     if (values.empty()) return result;
     std::sort(values.begin(), values.end());
     for (const double value : values) result.mean += value / static_cast<double>(values.size());
-    result.p95 = values[static_cast<std::size_t>(0.95 * static_cast<double>(values.size() - 1))];
+    result.p95 = values[0.95 * static_cast<double>(values.size() - 1)];
     result.max = values.back();
     return result;
 }
@@ -35,7 +35,7 @@ void measure_scan_to_skin(const Eigen::Ref<const Points>& skin, const Eigen::Ref
                           const ScanTarget& scan, double covered, FitReport& report)
 {
     const TriangleTree tree(skin, triangles);
-    std::vector<double> distances(static_cast<std::size_t>(scan.points.rows()));
+    std::vector<double> distances(scan.points.rows());
 #pragma omp parallel for schedule(dynamic, 256)
     for (std::size_t i = 0; i < distances.size(); ++i) {
         distances[i] = tree.closest(scan.points.row(static_cast<Eigen::Index>(i)).transpose()).distance;
@@ -52,7 +52,7 @@ void measure_scan_to_skin(const Eigen::Ref<const Points>& skin, const Eigen::Ref
 void measure_skin_to_scan(const Eigen::Ref<const Points>& skin, const Eigen::Ref<const Triangles>& triangles,
                           const ScanTarget& scan, double covered, FitReport& report)
 {
-    std::vector<int> rows(static_cast<std::size_t>(skin.rows()));
+    std::vector<int> rows(skin.rows());
     std::iota(rows.begin(), rows.end(), 0);
     const Eigen::VectorXd areas = vertex_areas(skin, triangles);
     std::vector<double> distances;
@@ -77,7 +77,7 @@ void measure_triangles(const Eigen::Ref<const Points>& rest_skin, const Eigen::R
     const Eigen::VectorXd ratios =
         triangle_areas(rest_skin, triangles).cwiseQuotient(triangle_areas(rest_template, triangles).cwiseMax(1e-12));
     report.flipped_triangles = static_cast<int>(((normals.cwiseProduct(expected)).rowwise().sum().array() < 0).count());
-    std::vector<int> order(static_cast<std::size_t>(triangles.rows()));
+    std::vector<int> order(triangles.rows());
     std::iota(order.begin(), order.end(), 0);
     const auto worst = std::min<std::size_t>(num_worst, order.size());
     std::partial_sort(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(worst), order.end(),

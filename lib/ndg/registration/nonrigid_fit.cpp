@@ -56,7 +56,7 @@ std::vector<Term> find_terms(const Points& vertices, const Eigen::Ref<const Tria
 {
     const double max_distance = 3.0 * reach;
     std::vector<Term> terms;
-    std::vector<int> rows(static_cast<std::size_t>(vertices.rows()));
+    std::vector<int> rows(vertices.rows());
     for (std::size_t v = 0; v < rows.size(); ++v) rows[v] = static_cast<int>(v);
     const Points normals = vertex_normals(vertices, triangles);
     for (const PlaneMatch& match : match_surface_to_scan(vertices, normals, rows, scan, max_distance)) {
@@ -70,7 +70,7 @@ std::vector<Term> find_terms(const Points& vertices, const Eigen::Ref<const Tria
     const double step = std::max(1.0, static_cast<double>(scan.points.rows()) / scan_samples);
     const auto count = static_cast<Eigen::Index>(static_cast<double>(scan.points.rows()) / step);
     const double area = areas.sum() / static_cast<double>(std::max<Eigen::Index>(count, 1));
-    std::vector<Term> found(static_cast<std::size_t>(count));
+    std::vector<Term> found(count);
 #pragma omp parallel for schedule(dynamic, 256)
     for (Eigen::Index i = 0; i < count; ++i) {
         const auto row = static_cast<Eigen::Index>(static_cast<double>(i) * step);
@@ -88,8 +88,8 @@ std::vector<Term> find_terms(const Points& vertices, const Eigen::Ref<const Tria
         }
         normal.normalize();
         const double residual = normal.dot(closest.point - position);
-        found[static_cast<std::size_t>(i)] = {triangles.row(closest.triangle_idx).transpose(), closest.barycentric,
-                                              normal, residual, 0.75 * area * geman_mcclure(residual, reach)};
+        found[i] = {triangles.row(closest.triangle_idx).transpose(), closest.barycentric, normal, residual,
+                    0.75 * area * geman_mcclure(residual, reach)};
     }
     for (Term& term : found) {
         if (term.weight > 0) terms.push_back(std::move(term));
@@ -149,7 +149,7 @@ std::vector<Eigen::Matrix3d> neighbourhood_rotations(const SparseMatrix& laplaci
                                                      const Eigen::Ref<const Points>& reference,
                                                      const Eigen::Ref<const Points>& deformed)
 {
-    std::vector<Eigen::Matrix3d> rotations(static_cast<std::size_t>(reference.rows()));
+    std::vector<Eigen::Matrix3d> rotations(reference.rows());
 #pragma omp parallel for schedule(static)
     for (Eigen::Index v = 0; v < reference.rows(); ++v) {
         Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
@@ -162,7 +162,7 @@ std::vector<Eigen::Matrix3d> neighbourhood_rotations(const SparseMatrix& laplaci
         const Eigen::JacobiSVD<Eigen::Matrix3d> svd(covariance, Eigen::ComputeFullU | Eigen::ComputeFullV);
         Eigen::Matrix3d u = svd.matrixU();
         if ((u * svd.matrixV().transpose()).determinant() < 0) u.col(2) *= -1.0;
-        rotations[static_cast<std::size_t>(v)] = u * svd.matrixV().transpose();
+        rotations[v] = u * svd.matrixV().transpose();
     }
     return rotations;
 }
@@ -234,7 +234,7 @@ Points fit_nonrigid(const Eigen::Ref<const Points>& reference, const Eigen::Ref<
         const auto rotations = neighbourhood_rotations(laplacian, reference, vertices);
         Eigen::MatrixXd rotated(count, 3);
         for (Eigen::Index v = 0; v < count; ++v) {
-            rotated.row(v) = reference_differential.row(v) * rotations[static_cast<std::size_t>(v)].transpose();
+            rotated.row(v) = reference_differential.row(v) * rotations[v].transpose();
         }
         Eigen::MatrixXd right_hand_side = -lambda * (weighted * (laplacian * vertices - rotated));
         for (const Term& term : terms) {

@@ -71,7 +71,7 @@ Points unpose(const Eigen::Ref<const Points>& posed_vertices, const SkinningWeig
         Eigen::Matrix3d linear = Eigen::Matrix3d::Zero();
         Eigen::Vector3d translation = Eigen::Vector3d::Zero();
         for (int k = 0; k < max_influences; ++k) {
-            const Eigen::Isometry3d& motion = world_from_rest[static_cast<std::size_t>(weights.joints(v, k))];
+            const Eigen::Isometry3d& motion = world_from_rest[weights.joints(v, k)];
             linear += weights.weights(v, k) * motion.linear();
             translation += weights.weights(v, k) * motion.translation();
         }
@@ -87,8 +87,8 @@ JointRegressor::JointRegressor(const Eigen::Ref<const Points>& skin_vertices, co
 {
     const auto& parents = standard_skeleton().parents;
     for (Eigen::Index j = 0; j < joint_positions.rows(); ++j) {
-        const std::vector<int> ring = ring_of(skin_vertices, weights, joint_positions.row(j), static_cast<int>(j),
-                                              parents[static_cast<std::size_t>(j)]);
+        const std::vector<int> ring =
+            ring_of(skin_vertices, weights, joint_positions.row(j), static_cast<int>(j), parents[j]);
         // Relative to the first vertex of the ring, coefficients sum to one by themselves.
         const auto count = static_cast<Eigen::Index>(ring.size()) - 1;
         const auto rows_of = [&](const Eigen::Ref<const Points>& skin, const Eigen::RowVector3d& joint,
@@ -107,8 +107,7 @@ JointRegressor::JointRegressor(const Eigen::Ref<const Points>& skin_vertices, co
         Eigen::VectorXd prior(count);
         double first = 0.0;
         for (Eigen::Index i = 0; i <= count; ++i) {
-            const double closeness =
-                1.0 / (skin_vertices.row(ring[static_cast<std::size_t>(i)]) - joint_positions.row(j)).squaredNorm();
+            const double closeness = 1.0 / (skin_vertices.row(ring[i]) - joint_positions.row(j)).squaredNorm();
             (i == 0 ? first : prior[i - 1]) = closeness;
         }
         prior /= first + prior.sum();
@@ -133,7 +132,7 @@ Points JointRegressor::joints(const Eigen::Ref<const Points>& skin_vertices) con
 {
     Points result = Points::Zero(static_cast<Eigen::Index>(combinations_.size()), 3);
     for (Eigen::Index j = 0; j < result.rows(); ++j) {
-        for (const auto& [vertex, coefficient] : combinations_[static_cast<std::size_t>(j)]) {
+        for (const auto& [vertex, coefficient] : combinations_[j]) {
             result.row(j) += coefficient * skin_vertices.row(vertex);
         }
     }

@@ -24,9 +24,9 @@ double stature(const Eigen::Ref<const Points>& skin)
 std::vector<std::pair<int, int>> bones()
 {
     const Skeleton& skeleton = standard_skeleton();
-    std::vector<std::pair<int, int>> result(static_cast<std::size_t>(skeleton.num_joints()), {-1, -1});
+    std::vector<std::pair<int, int>> result(skeleton.num_joints(), {-1, -1});
     const auto set = [&](const std::string& joint, const std::string& begin, const std::string& end) {
-        result[static_cast<std::size_t>(skeleton.joint(joint))] = {skeleton.joint(begin), skeleton.joint(end)};
+        result[skeleton.joint(joint)] = {skeleton.joint(begin), skeleton.joint(end)};
     };
     for (const char* joint : {"pelvis", "spine_1", "spine_2", "spine_3", "spine_4", "spine_5"}) {
         set(joint, "pelvis", "neck_1");
@@ -56,7 +56,7 @@ StartShapes::StartShapes(const SkinnedSurface& skin, const JointRegressor& regre
     for (Eigen::Index v = 0; v < skin.vertices.rows(); v += step) {
         Eigen::Index slot = 0;
         skin.weights.weights.row(v).maxCoeff(&slot);
-        const auto [begin, end] = joint_bones[static_cast<std::size_t>(skin.weights.joints(v, slot))];
+        const auto [begin, end] = joint_bones[skin.weights.joints(v, slot)];
         if (begin < 0) continue;
         rows_.push_back(static_cast<int>(v));
         begin_.push_back(begin);

@@ -87,9 +87,9 @@ public:
           kept_(wanted_frames())
     {
         num_frames_ = clip.num_frames() - first_frame;
-        speeds_.assign(static_cast<std::size_t>(std::max(0, num_frames_ - 1)), 0.0);
+        speeds_.assign(std::max(0, num_frames_ - 1), 0.0);
         const int num_pieces = (num_frames_ + piece_size - 1) / piece_size;
-        pieces_.resize(static_cast<std::size_t>(num_pieces));
+        pieces_.resize(num_pieces);
         poses_.resize(kept_.size());
         beyond_.assign(kept_.size(), false);
         std::vector<std::exception_ptr> errors(pieces_.size());
@@ -109,7 +109,7 @@ public:
     PoseSet collect(RetargetReport& report) const
     {
         const MotionClip& clip = transfer_.clip();
-        std::vector<bool> glitch(static_cast<std::size_t>(num_frames_), false);
+        std::vector<bool> glitch(num_frames_, false);
         for (std::size_t f = 0; f < speeds_.size(); ++f) {
             report.max_joint_speed = std::max(report.max_joint_speed, speeds_[f]);
             if (speeds_[f] > options_.max_joint_speed * radians_per_degree) glitch[f] = glitch[f + 1] = true;

@@ -88,17 +88,17 @@ bool split_round(RowMatrix& attributes, Triangles& triangles, double length)
 
 void jitter(RowMatrix& attributes, const Triangles& triangles, Random& random)
 {
-    std::vector<std::vector<int>> vertex_triangles(static_cast<std::size_t>(attributes.rows()));
+    std::vector<std::vector<int>> vertex_triangles(attributes.rows());
     for (Eigen::Index t = 0; t < triangles.rows(); ++t) {
         for (int k = 0; k < 3; ++k) {
-            vertex_triangles[static_cast<std::size_t>(triangles(t, k))].push_back(static_cast<int>(t));
+            vertex_triangles[triangles(t, k)].push_back(static_cast<int>(t));
         }
     }
     const RowMatrix old = attributes;
     for (Eigen::Index v = 0; v < attributes.rows(); ++v) {
-        const auto& around = vertex_triangles[static_cast<std::size_t>(v)];
+        const auto& around = vertex_triangles[v];
         if (around.empty()) continue;
-        const int t = around[static_cast<std::size_t>(random.below(around.size()))];
+        const int t = around[random.below(around.size())];
         double u = random.uniform(), w = random.uniform();
         if (u + w > 1.0) {
             u = 1.0 - u;
@@ -114,7 +114,7 @@ void flip_edges(const RowMatrix& attributes, Triangles& triangles, Random& rando
 {
     const Points positions = attributes.leftCols(3);
     const Points normals = triangle_normals(positions, triangles);
-    std::vector<char> used(static_cast<std::size_t>(triangles.rows()), 0);
+    std::vector<char> used(triangles.rows(), 0);
     const auto normal = [&](int a, int b, int c) -> Eigen::RowVector3d {
         return (positions.row(b) - positions.row(a)).cross(positions.row(c) - positions.row(a));
     };
@@ -122,12 +122,12 @@ void flip_edges(const RowMatrix& attributes, Triangles& triangles, Random& rando
     std::vector<std::vector<int>> neighbours = vertex_neighbours(triangles, static_cast<int>(attributes.rows()));
     for (const MeshEdge& e : edges) {
         if (e.right_triangle < 0 || random.uniform() > flip_share) continue;
-        char& left_used = used[static_cast<std::size_t>(e.left_triangle)];
-        char& right_used = used[static_cast<std::size_t>(e.right_triangle)];
+        char& left_used = used[e.left_triangle];
+        char& right_used = used[e.right_triangle];
         if (left_used || right_used || normals.row(e.left_triangle).dot(normals.row(e.right_triangle)) < coplanar) {
             continue;
         }
-        auto& known = neighbours[static_cast<std::size_t>(e.left_vertex)];
+        auto& known = neighbours[e.left_vertex];
         if (std::find(known.begin(), known.end(), e.right_vertex) != known.end()) continue;
         // (v0, v1, left), (v1, v0, right) become (left, v0, right), (right, v1, left).
         const Eigen::RowVector3d first = normal(e.left_vertex, e.v0, e.right_vertex);
@@ -139,7 +139,7 @@ void flip_edges(const RowMatrix& attributes, Triangles& triangles, Random& rando
         triangles.row(e.left_triangle) << e.left_vertex, e.v0, e.right_vertex;
         triangles.row(e.right_triangle) << e.right_vertex, e.v1, e.left_vertex;
         known.push_back(e.right_vertex);
-        neighbours[static_cast<std::size_t>(e.right_vertex)].push_back(e.left_vertex);
+        neighbours[e.right_vertex].push_back(e.left_vertex);
         left_used = right_used = 1;
     }
 }

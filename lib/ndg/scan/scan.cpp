@@ -33,7 +33,7 @@ constexpr int normal_neighbours = 24;
 Eigen::Vector3d robust_extents(const Points& points)
 {
     Eigen::Vector3d extents;
-    std::vector<double> values(static_cast<std::size_t>(points.rows()));
+    std::vector<double> values(points.rows());
     const auto rank = static_cast<std::ptrdiff_t>(values.size() / 1000);
     for (int k = 0; k < 3; ++k) {
         for (std::size_t i = 0; i < values.size(); ++i) values[i] = points(static_cast<Eigen::Index>(i), k);
@@ -51,7 +51,7 @@ std::vector<std::pair<std::uint64_t, int>> sorted_cells(const Points& points, do
 {
     const Eigen::RowVector3d low = points.colwise().minCoeff();
     std::vector<std::pair<std::uint64_t, int>> cells;
-    cells.reserve(static_cast<std::size_t>(points.rows() / stride + 1));
+    cells.reserve(points.rows() / stride + 1);
     for (Eigen::Index i = 0; i < points.rows(); i += stride) {
         std::uint64_t key = 0;
         for (int k = 0; k < 3; ++k) {
@@ -86,7 +86,7 @@ void thin_out(Points& points, Points& normals, int max_points)
     const bool has_normals = normals.rows() == points.rows();
     Points kept = Points::Zero(count, 3), kept_normals = Points::Zero(has_normals ? count : 0, 3);
     for (Eigen::Index c = 0; c < count; ++c) {
-        const std::size_t begin = begins[static_cast<std::size_t>(c)], end = begins[static_cast<std::size_t>(c) + 1];
+        const std::size_t begin = begins[c], end = begins[static_cast<std::size_t>(c) + 1];
         for (std::size_t i = begin; i < end; ++i) {
             kept.row(c) += points.row(cells[i].second) / static_cast<double>(end - begin);
             if (has_normals) kept_normals.row(c) += normals.row(cells[i].second);
@@ -100,7 +100,7 @@ void keep_rows(Points& points, const std::vector<char>& keep)
 {
     Eigen::Index count = 0;
     for (Eigen::Index i = 0; i < points.rows(); ++i) {
-        if (keep[static_cast<std::size_t>(i)]) points.row(count++) = points.row(i);
+        if (keep[i]) points.row(count++) = points.row(i);
     }
     points.conservativeResize(count, 3);
 }
@@ -154,7 +154,7 @@ double median_spacing(const Points& points, const PointTree& tree)
 
 double metres_of_unit(LengthUnit unit)
 {
-    return metres_per_unit[static_cast<std::size_t>(unit)];
+    return metres_per_unit[unit];
 }
 
 void describe(OptionList& list, ScanOptions& options)
@@ -182,8 +182,8 @@ ScanPoints prepare_scan(const std::string& name, const Eigen::Ref<const Points>&
     if (!scan.is_cloud) {
         scan.normals = vertex_normals(vertices, triangles);
         if (enclosed_volume(vertices.rowwise() - vertices.colwise().mean(), triangles) < 0) scan.normals *= -1.0;
-        std::vector<char> used(static_cast<std::size_t>(vertices.rows()), 0);
-        for (Eigen::Index t = 0; t < triangles.size(); ++t) used[static_cast<std::size_t>(triangles.data()[t])] = 1;
+        std::vector<char> used(vertices.rows(), 0);
+        for (Eigen::Index t = 0; t < triangles.size(); ++t) used[triangles.data()[t]] = 1;
         keep_rows(scan.points, used);
         keep_rows(scan.normals, used);
     }

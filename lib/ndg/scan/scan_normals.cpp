@@ -25,26 +25,26 @@ struct Step {
 void orient_by_propagation(const Eigen::Ref<const Points>& points, const RowMatrixI& neighbours, Points& normals)
 {
     const int count = static_cast<int>(points.rows());
-    std::vector<std::vector<int>> graph(static_cast<std::size_t>(count));
+    std::vector<std::vector<int>> graph(count);
     const int degree = std::min(graph_neighbours, static_cast<int>(neighbours.cols()));
     for (int i = 0; i < count; ++i) {
         for (int k = 0; k < degree; ++k) {
             const int j = neighbours(i, k);
             if (j == i) continue;
-            graph[static_cast<std::size_t>(i)].push_back(j);
-            graph[static_cast<std::size_t>(j)].push_back(i);
+            graph[i].push_back(j);
+            graph[j].push_back(i);
         }
     }
-    std::vector<char> done(static_cast<std::size_t>(count), 0);
+    std::vector<char> done(count, 0);
     for (int start = 0; start < count; ++start) {
-        if (done[static_cast<std::size_t>(start)]) continue;
+        if (done[start]) continue;
         std::vector<int> part;
         std::priority_queue<Step> queue;
         const auto leave = [&](int i) {
-            done[static_cast<std::size_t>(i)] = 1;
+            done[i] = 1;
             part.push_back(i);
-            for (const int j : graph[static_cast<std::size_t>(i)]) {
-                if (!done[static_cast<std::size_t>(j)]) {
+            for (const int j : graph[i]) {
+                if (!done[j]) {
                     queue.push({std::abs(normals.row(i).dot(normals.row(j))), j, i});
                 }
             }
@@ -53,7 +53,7 @@ void orient_by_propagation(const Eigen::Ref<const Points>& points, const RowMatr
         while (!queue.empty()) {
             const Step step = queue.top();
             queue.pop();
-            if (done[static_cast<std::size_t>(step.to)]) continue;
+            if (done[step.to]) continue;
             if (normals.row(step.to).dot(normals.row(step.from)) < 0) normals.row(step.to) *= -1.0;
             leave(step.to);
         }
@@ -82,7 +82,7 @@ Points estimate_normals(const Eigen::Ref<const Points>& points, const PointTree&
         const auto found = tree.nearest(points.row(i).transpose(), static_cast<int>(width));
         Eigen::RowVector3d centre = Eigen::RowVector3d::Zero();
         for (Eigen::Index k = 0; k < width; ++k) {
-            neighbours(i, k) = found[static_cast<std::size_t>(k)].idx;
+            neighbours(i, k) = found[k].idx;
             centre += points.row(neighbours(i, k));
         }
         centre /= static_cast<double>(width);

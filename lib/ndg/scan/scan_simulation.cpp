@@ -32,7 +32,7 @@ Pose random_pose(const Points& joints, double degrees, Random& random)
     Pose pose = Pose::rest(skeleton.num_joints());
     const double limit = degrees * EIGEN_PI / 180.0;
     const auto turn = [&](const std::string& joint, const Eigen::Vector3d& axis) {
-        pose.parent_from_joint[static_cast<std::size_t>(skeleton.joint(joint))] =
+        pose.parent_from_joint[skeleton.joint(joint)] =
             Eigen::AngleAxisd(limit * random.uniform(), axis).toRotationMatrix();
     };
     for (const std::string side : {"left_", "right_"}) {
@@ -69,7 +69,7 @@ Eigen::VectorXd unseen_vertices(const SkinnedSurface& skin, double radius, Rando
 /// Takes away triangles with an unseen vertex, and vertices without a triangle.
 void cut_holes(const Eigen::VectorXd& unseen, Points& vertices, Points& normals, Triangles& triangles)
 {
-    std::vector<int> new_of_old(static_cast<std::size_t>(vertices.rows()), -1);
+    std::vector<int> new_of_old(vertices.rows(), -1);
     Eigen::Index num_triangles = 0;
     for (Eigen::Index t = 0; t < triangles.rows(); ++t) {
         const bool seen =
@@ -78,11 +78,11 @@ void cut_holes(const Eigen::VectorXd& unseen, Points& vertices, Points& normals,
     }
     triangles.conservativeResize(num_triangles, 3);
     for (Eigen::Index i = 0; i < triangles.size(); ++i) {
-        new_of_old[static_cast<std::size_t>(triangles.data()[i])] = 0;
+        new_of_old[triangles.data()[i]] = 0;
     }
     Eigen::Index num_vertices = 0;
     for (Eigen::Index v = 0; v < vertices.rows(); ++v) {
-        int& index = new_of_old[static_cast<std::size_t>(v)];
+        int& index = new_of_old[v];
         if (index < 0) continue;
         index = static_cast<int>(num_vertices);
         vertices.row(num_vertices) = vertices.row(v);
@@ -91,7 +91,7 @@ void cut_holes(const Eigen::VectorXd& unseen, Points& vertices, Points& normals,
     vertices.conservativeResize(num_vertices, 3);
     normals.conservativeResize(num_vertices, 3);
     for (Eigen::Index i = 0; i < triangles.size(); ++i) {
-        triangles.data()[i] = new_of_old[static_cast<std::size_t>(triangles.data()[i])];
+        triangles.data()[i] = new_of_old[triangles.data()[i]];
     }
 }
 
@@ -101,8 +101,8 @@ void shuffle(Points& vertices, Points& normals, Random& random)
     const std::vector<int> order = random.permutation(static_cast<int>(vertices.rows()));
     const Points old_vertices = vertices, old_normals = normals;
     for (Eigen::Index v = 0; v < vertices.rows(); ++v) {
-        vertices.row(v) = old_vertices.row(order[static_cast<std::size_t>(v)]);
-        normals.row(v) = old_normals.row(order[static_cast<std::size_t>(v)]);
+        vertices.row(v) = old_vertices.row(order[v]);
+        normals.row(v) = old_normals.row(order[v]);
     }
 }
 

@@ -37,16 +37,16 @@ Eigen::Vector3d find_armpit(const SkinnedSurface& skin, const Points& normals, c
 Eigen::VectorXd subtree_weights(const SkinningWeights& weights, const std::vector<std::string>& joint_names)
 {
     const Skeleton& skeleton = standard_skeleton();
-    std::vector<char> wanted(static_cast<std::size_t>(skeleton.num_joints()), 0);
-    for (const std::string& name : joint_names) wanted[static_cast<std::size_t>(skeleton.joint(name))] = 1;
+    std::vector<char> wanted(skeleton.num_joints(), 0);
+    for (const std::string& name : joint_names) wanted[skeleton.joint(name)] = 1;
     for (std::size_t j = 0; j < wanted.size(); ++j) {
         const int parent = skeleton.parents[j];
-        if (parent >= 0 && wanted[static_cast<std::size_t>(parent)]) wanted[j] = 1;
+        if (parent >= 0 && wanted[parent]) wanted[j] = 1;
     }
     Eigen::VectorXd sums = Eigen::VectorXd::Zero(weights.size());
     for (Eigen::Index v = 0; v < weights.size(); ++v) {
         for (int k = 0; k < max_influences; ++k) {
-            if (wanted[static_cast<std::size_t>(weights.joints(v, k))]) sums[v] += weights.weights(v, k);
+            if (wanted[weights.joints(v, k)]) sums[v] += weights.weights(v, k);
         }
     }
     return sums;

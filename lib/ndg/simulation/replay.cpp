@@ -14,11 +14,11 @@ Replay replay_sample(const Template& body_template, const BodySet& bodies, const
     require_input(sample_idx >= 0 && sample_idx < static_cast<int>(tasks.size()),
                   "sample {} lies outside the {} samples of the splits", sample_idx, tasks.size());
     Replay replay;
-    replay.task = tasks[static_cast<std::size_t>(sample_idx)];
+    replay.task = tasks[sample_idx];
     const SamplePair& pair = replay.task.pair;
     require_pair(pair, bodies.bodies.size(), poses.poses.size());
-    const Body& body = bodies.bodies[static_cast<std::size_t>(pair.body_idx)];
-    const Pose& pose = poses.poses[static_cast<std::size_t>(pair.pose_idx)];
+    const Body& body = bodies.bodies[pair.body_idx];
+    const Pose& pose = poses.poses[pair.pose_idx];
     replay.body_name = body.name;
 
     const auto start_time = std::chrono::steady_clock::now();

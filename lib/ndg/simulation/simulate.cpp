@@ -183,7 +183,7 @@ SimulationSummary summarize_simulation(const DeformationSet& set)
     summary.converged_share = mean(statistic("converged")) * set.size() / (set.size() + summary.failed);
     summary.iterations_mean = mean(iterations);
     std::nth_element(iterations.begin(), iterations.begin() + set.size() / 2, iterations.end());
-    summary.iterations_median = iterations[static_cast<std::size_t>(set.size() / 2)];
+    summary.iterations_median = iterations[set.size() / 2];
     summary.seconds_mean = mean(statistic("seconds"));
     const std::vector<double>& inverted = statistic("inverted_prisms");
     summary.inverted_prisms_mean = mean(inverted);

@@ -38,7 +38,7 @@ std::vector<LimbSection> limb_sections(const Eigen::Ref<const Points>& joint_pos
         const int hand = skeleton.joint(side + "hand");
         for (int j = 0; j < skeleton.num_joints(); ++j) {
             int ancestor = j;
-            while (ancestor >= 0 && ancestor != hand) ancestor = skeleton.parents[static_cast<std::size_t>(ancestor)];
+            while (ancestor >= 0 && ancestor != hand) ancestor = skeleton.parents[ancestor];
             if (ancestor == hand) forearm.push_back(j);
         }
         add("upper_arm", "forearm", {skeleton.joint(side + "upper_arm")});
@@ -114,18 +114,18 @@ EdgeDistance distance_along_edges(const Eigen::Ref<const Points>& vertices,
     std::priority_queue<Entry, std::vector<Entry>, std::greater<Entry>> queue;  // Dijkstra 1959
     for (const int start : starts) {
         result.distance[start] = 0.0;
-        result.nearest[static_cast<std::size_t>(start)] = start;
+        result.nearest[start] = start;
         queue.push({0.0, start});
     }
     while (!queue.empty()) {
         const auto [distance, v] = queue.top();
         queue.pop();
         if (distance > result.distance[v]) continue;
-        for (const int other : neighbours[static_cast<std::size_t>(v)]) {
+        for (const int other : neighbours[v]) {
             const double candidate = distance + (vertices.row(v) - vertices.row(other)).norm();
             if (candidate >= result.distance[other]) continue;
             result.distance[other] = candidate;
-            result.nearest[static_cast<std::size_t>(other)] = result.nearest[static_cast<std::size_t>(v)];
+            result.nearest[other] = result.nearest[v];
             queue.push({candidate, other});
         }
     }

@@ -73,12 +73,12 @@ private:
     Eigen::VectorXd share_of(const std::vector<std::string>& joints) const
     {
         const Skeleton& skeleton = standard_skeleton();
-        std::vector<char> counts(static_cast<std::size_t>(skeleton.num_joints()), 0);
+        std::vector<char> counts(skeleton.num_joints(), 0);
         for (const std::string& name : joints)
-            counts[static_cast<std::size_t>(skeleton.joint(name[0] == '*' ? prefix_ + name.substr(1) : name))] = 1;
+            counts[skeleton.joint(name[0] == '*' ? prefix_ + name.substr(1) : name)] = 1;
         Eigen::VectorXd share = Eigen::VectorXd::Zero(weights_.rows());
         for (int j = 0; j < skeleton.num_joints(); ++j)
-            if (counts[static_cast<std::size_t>(j)]) share += weights_.col(j);
+            if (counts[j]) share += weights_.col(j);
         return share;
     }
 
@@ -94,12 +94,12 @@ std::vector<std::string> with_children(const std::string& joint)
 {
     const Skeleton& skeleton = standard_skeleton();
     std::vector<std::string> names;
-    std::vector<char> below(static_cast<std::size_t>(skeleton.num_joints()), 0);
+    std::vector<char> below(skeleton.num_joints(), 0);
     for (int j = skeleton.joint(joint); j < skeleton.num_joints(); ++j) {
-        const int parent = skeleton.parents[static_cast<std::size_t>(j)];
-        if (j != skeleton.joint(joint) && (parent < 0 || !below[static_cast<std::size_t>(parent)])) continue;
-        below[static_cast<std::size_t>(j)] = 1;
-        names.push_back(skeleton.joint_names[static_cast<std::size_t>(j)]);
+        const int parent = skeleton.parents[j];
+        if (j != skeleton.joint(joint) && (parent < 0 || !below[parent])) continue;
+        below[j] = 1;
+        names.push_back(skeleton.joint_names[j]);
     }
     return names;
 }

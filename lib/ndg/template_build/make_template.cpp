@@ -58,12 +58,12 @@ RowMatrix attach_to_source(const TemplateSource& source, const TriangleTree& tre
 /// Numbers the vertices of the volumetric triangles in skin order.
 void select_wrap(Template& result)
 {
-    std::vector<int> wrap_of_skin(static_cast<std::size_t>(result.rest.skin_vertices.rows()), -1);
+    std::vector<int> wrap_of_skin(result.rest.skin_vertices.rows(), -1);
     Eigen::Index num_triangles = 0;
     for (Eigen::Index t = 0; t < result.skin_triangles.rows(); ++t) {
-        if (result.skin_regions[static_cast<std::size_t>(t)] != 0) continue;
+        if (result.skin_regions[t] != 0) continue;
         ++num_triangles;
-        for (int k = 0; k < 3; ++k) wrap_of_skin[static_cast<std::size_t>(result.skin_triangles(t, k))] = 0;
+        for (int k = 0; k < 3; ++k) wrap_of_skin[result.skin_triangles(t, k)] = 0;
     }
     for (std::size_t v = 0; v < wrap_of_skin.size(); ++v) {
         if (wrap_of_skin[v] < 0) continue;
@@ -73,9 +73,8 @@ void select_wrap(Template& result)
     result.wrap_triangles.resize(num_triangles, 3);
     Eigen::Index row = 0;
     for (Eigen::Index t = 0; t < result.skin_triangles.rows(); ++t) {
-        if (result.skin_regions[static_cast<std::size_t>(t)] != 0) continue;
-        for (int k = 0; k < 3; ++k)
-            result.wrap_triangles(row, k) = wrap_of_skin[static_cast<std::size_t>(result.skin_triangles(t, k))];
+        if (result.skin_regions[t] != 0) continue;
+        for (int k = 0; k < 3; ++k) result.wrap_triangles(row, k) = wrap_of_skin[result.skin_triangles(t, k)];
         ++row;
     }
 }
@@ -100,7 +99,7 @@ void add_wraps(const std::vector<AnatomyMesh>& anatomy, const RowMatrix& dense_w
     skin.vertices.resize(num_wrap, 3);
     skin.weights.resize(num_wrap, dense_weights.cols());
     for (int w = 0; w < num_wrap; ++w) {
-        const int s = result.wrap_to_skin[static_cast<std::size_t>(w)];
+        const int s = result.wrap_to_skin[w];
         skin.vertices.row(w) = result.rest.skin_vertices.row(s);
         skin.weights.row(w) = dense_weights.row(s);
     }

@@ -44,15 +44,14 @@ Eigen::VectorXd part_field(const Eigen::Ref<const Points>& vertices, const std::
     require_input(seed >= 0,
                   "the skin has no vertex that belongs to the {} beyond its cutting plane at {:.3f} {:.3f} "
                   "{:.3f}",
-                  skin_region_names[static_cast<std::size_t>(plane.region)], plane.point[0], plane.point[1],
-                  plane.point[2]);
+                  skin_region_names[plane.region], plane.point[0], plane.point[1], plane.point[2]);
     Eigen::VectorXd field = Eigen::VectorXd::Constant(vertices.rows(), -1.0);
     std::vector<int> open = {static_cast<int>(seed)};
     field[seed] = distance[seed];
     while (!open.empty()) {
         const int v = open.back();
         open.pop_back();
-        for (const int other : neighbours[static_cast<std::size_t>(v)]) {
+        for (const int other : neighbours[v]) {
             if (field[other] != -1.0) continue;
             field[other] = distance[other];
             if (distance[other] > 0.0) open.push_back(other);
@@ -72,8 +71,7 @@ std::vector<CuttingPlane> cutting_planes(const Eigen::Ref<const Points>& joint_p
     const auto joints_from = [&](const std::string& name) {
         std::vector<int> joints = {skeleton.joint(name)};
         for (int j = 0; j < skeleton.num_joints(); ++j)  // parents stand before their children
-            if (std::find(joints.begin(), joints.end(), skeleton.parents[static_cast<std::size_t>(j)]) != joints.end())
-                joints.push_back(j);
+            if (std::find(joints.begin(), joints.end(), skeleton.parents[j]) != joints.end()) joints.push_back(j);
         return joints;
     };
     std::vector<CuttingPlane> planes;
@@ -106,14 +104,14 @@ RegionCut cut_regions(const Eigen::Ref<const Points>& vertices, const Eigen::Ref
         std::vector<int> regions;
         std::vector<int> rows;
         for (std::size_t t = 0; t < cut.triangle_labels.size(); ++t) {
-            const int before = result.regions[static_cast<std::size_t>(cut.triangle_parents[t])];
+            const int before = result.regions[cut.triangle_parents[t]];
             regions.push_back(cut.triangle_labels[t] == 1 ? before : plane.region);
             if (cut.triangle_labels[t] == 0) rows.push_back(static_cast<int>(t));
         }
         const std::size_t loops =
             boundary_loops(cut.triangles(rows, Eigen::all), static_cast<int>(cut.vertices.rows())).size();
         require_input(loops == 1, "the cut of the {} crosses the skin in {} loops instead of one",
-                      skin_region_names[static_cast<std::size_t>(plane.region)], loops);
+                      skin_region_names[plane.region], loops);
         result = {cut.vertices, cut.triangles, std::move(regions)};
     }
     return result;

@@ -78,12 +78,11 @@ void check_edges(const ParametricSurface& skin, const std::string& name)
 void check_connection(const ParametricSurface& skin, const std::string& name)
 {
     const int count = static_cast<int>(skin.vertices.rows());
-    std::vector<std::vector<int>> around(static_cast<std::size_t>(count));
+    std::vector<std::vector<int>> around(count);
     for (Eigen::Index t = 0; t < skin.triangles.rows(); ++t)
-        for (int k = 0; k < 3; ++k)
-            around[static_cast<std::size_t>(skin.triangles(t, k))].push_back(static_cast<int>(t));
+        for (int k = 0; k < 3; ++k) around[skin.triangles(t, k)].push_back(static_cast<int>(t));
     for (int v = 0; v < count; ++v) {
-        const auto& fan = around[static_cast<std::size_t>(v)];
+        const auto& fan = around[v];
         require_input(!fan.empty(), "{}: skin vertex {} at {} belongs to no triangle", name, v,
                       place(skin.vertices.row(v)));
         std::map<int, int> next;  // round the vertex, from one neighbour to the next
@@ -100,21 +99,21 @@ void check_connection(const ParametricSurface& skin, const std::string& name)
                       "{}: the skin is not manifold: its parts touch at the single vertex {} at {}", name, v,
                       place(skin.vertices.row(v)));
     }
-    std::vector<int> part(static_cast<std::size_t>(count), -1);
+    std::vector<int> part(count, -1);
     std::vector<std::pair<int, int>> parts;  // vertices of each and one of them
     for (int start = 0; start < count; ++start) {
-        if (part[static_cast<std::size_t>(start)] >= 0) continue;
+        if (part[start] >= 0) continue;
         const int number = static_cast<int>(parts.size());
         parts.push_back({0, start});
         std::queue<int> open({start});
-        part[static_cast<std::size_t>(start)] = number;
+        part[start] = number;
         while (!open.empty()) {
             const int v = open.front();
             open.pop();
             ++parts.back().first;
-            for (const int t : around[static_cast<std::size_t>(v)])
+            for (const int t : around[v])
                 for (int k = 0; k < 3; ++k) {
-                    int& other = part[static_cast<std::size_t>(skin.triangles(t, k))];
+                    int& other = part[skin.triangles(t, k)];
                     if (other >= 0) continue;
                     other = number;
                     open.push(skin.triangles(t, k));
@@ -168,8 +167,8 @@ void check_joints(const ParametricSurface& skin, const std::string& name)
     for (int j = 0; j < skeleton.num_joints(); ++j) {
         const Eigen::RowVector3d point = skin.joint_positions.row(j);
         require_input((point.array() >= low.array()).all() && (point.array() <= high.array()).all(),
-                      "{}: joint {} at {} lies outside the skin's box from {} to {}", name,
-                      skeleton.joint_names[static_cast<std::size_t>(j)], place(point), place(low), place(high));
+                      "{}: joint {} at {} lies outside the skin's box from {} to {}", name, skeleton.joint_names[j],
+                      place(point), place(low), place(high));
     }
     const auto at = [&](const char* joint) -> Eigen::RowVector3d {
         return skin.joint_positions.row(skeleton.joint(joint));

@@ -52,7 +52,7 @@ void check_jacobians(const Template& body_template, TemplateCheck& check)
         const double scaled = prism_min_scaled_jacobian(prism);
         layer.num_invalid += prism_min_jacobian(prism) <= 0.0 ? 1 : 0;
         layer.min_scaled = std::min(layer.min_scaled, scaled);
-        ++layer.histogram[static_cast<std::size_t>(std::clamp(std::floor(10.0 * scaled), 0.0, 9.0))];
+        ++layer.histogram[std::clamp(std::floor(10.0 * scaled), 0.0, 9.0)];
     }
     const int num_wrap = body_template.num_wrap_vertices();
     Points tetrahedron_vertices(num_wrap + body_template.rest.interior_vertices.rows(), 3);
@@ -110,10 +110,10 @@ Containment containment(const Template& body_template, AnatomyLayer layer, int w
         Eigen::VectorXd excess = Eigen::VectorXd::Zero(part.vertex_end - part.vertex_begin);
 #pragma omp parallel for schedule(static)
         for (int v = part.vertex_begin; v < part.vertex_end; ++v)
-            if (body_template.embedding.elements[static_cast<std::size_t>(v)] >= 0)
+            if (body_template.embedding.elements[v] >= 0)
                 excess[v - part.vertex_begin] = tree.signed_distance(body_template.anatomy_vertices.row(v).transpose());
         for (int v = part.vertex_begin; v < part.vertex_end; ++v)
-            result.num_vertices += body_template.embedding.elements[static_cast<std::size_t>(v)] >= 0 ? 1 : 0;
+            result.num_vertices += body_template.embedding.elements[v] >= 0 ? 1 : 0;
         result.num_outside += static_cast<int>((excess.array() > rounding).count());
         if (excess.size() > 0 && excess.maxCoeff() > rounding)
             worst[part.name] = std::max(worst[part.name], excess.maxCoeff());
@@ -132,7 +132,7 @@ Coverage coverage(const Template& body_template, double limit)
     std::map<std::string, double> worst;
     for (const AnatomyPart& part : body_template.anatomy_parts)
         for (int v = part.vertex_begin; v < part.vertex_end; ++v) {
-            if (body_template.embedding.elements[static_cast<std::size_t>(v)] < 0) {
+            if (body_template.embedding.elements[v] < 0) {
                 ++result.num_skinned;
                 continue;
             }
@@ -149,7 +149,7 @@ WeightCheck check_weights(const Template& body_template)
 {
     WeightCheck result;
     const int num_joints = body_template.skeleton.num_joints();
-    std::vector<char> used(static_cast<std::size_t>(num_joints), 0);
+    std::vector<char> used(num_joints, 0);
     bool first = true;
     for (const SkinningWeights* weights :
          {&body_template.skin_weights, &body_template.interior_weights, &body_template.anatomy_weights}) {
@@ -162,13 +162,13 @@ WeightCheck check_weights(const Template& body_template)
             std::max(result.worst_row_sum, (weights->weights.rowwise().sum().array() - 1.0).abs().maxCoeff());
         for (Eigen::Index row = 0; row < weights->size(); ++row)
             for (int k = 0; k < max_influences; ++k)
-                if (weights->weights(row, k) > 0.0) used[static_cast<std::size_t>(weights->joints(row, k))] = 1;
+                if (weights->weights(row, k) > 0.0) used[weights->joints(row, k)] = 1;
     }
     for (int j = 0; j < num_joints; ++j) {
-        if (used[static_cast<std::size_t>(j)])
+        if (used[j])
             ++result.num_joints_used;
         else
-            result.unused_joints.push_back(body_template.skeleton.joint_names[static_cast<std::size_t>(j)]);
+            result.unused_joints.push_back(body_template.skeleton.joint_names[j]);
     }
     return result;
 }
@@ -179,8 +179,7 @@ std::vector<PartDistance> joints_outside(const Template& body_template)
     std::vector<PartDistance> outside;
     for (int j = 0; j < body_template.skeleton.num_joints(); ++j) {
         const double distance = tree.signed_distance(body_template.rest.joint_positions.row(j).transpose());
-        if (distance > rounding)
-            outside.push_back({body_template.skeleton.joint_names[static_cast<std::size_t>(j)], distance});
+        if (distance > rounding) outside.push_back({body_template.skeleton.joint_names[j], distance});
     }
     return outside;
 }

@@ -34,10 +34,10 @@ std::vector<std::size_t> segments_of_joints(const Skeleton& skeleton)
 {
     std::vector<std::size_t> segments;
     for (int j = 0; j < skeleton.num_joints(); ++j) {
-        const auto own = segment_index(skeleton.joint_names[static_cast<std::size_t>(j)]);
-        const int parent = skeleton.parents[static_cast<std::size_t>(j)];
+        const auto own = segment_index(skeleton.joint_names[j]);
+        const int parent = skeleton.parents[j];
         segments.push_back(own < segment_names().size() ? own
-                           : parent >= 0                ? segments[static_cast<std::size_t>(parent)]
+                           : parent >= 0                ? segments[parent]
                                                         : segment_index("trunk"));
     }
     return segments;
@@ -50,8 +50,7 @@ public:
 
     void add(const SkinningWeights& weights, Eigen::Index row, std::vector<double>& shares) const
     {
-        for (int k = 0; k < max_influences; ++k)
-            shares[of_joint_[static_cast<std::size_t>(weights.joints(row, k))]] += weights.weights(row, k);
+        for (int k = 0; k < max_influences; ++k) shares[of_joint_[weights.joints(row, k)]] += weights.weights(row, k);
     }
     std::vector<double> none() const { return std::vector<double>(segment_names().size(), 0.0); }
     static std::size_t greatest(const std::vector<double>& shares)
@@ -89,7 +88,7 @@ void add_bones(const Template& body_template, const Segmentation& segmentation, 
         auto shares = segmentation.none();
         int embedded = 0;
         for (int v = part.vertex_begin; v < part.vertex_end; ++v) {
-            embedded += body_template.embedding.elements[static_cast<std::size_t>(v)] >= 0 ? 1 : 0;
+            embedded += body_template.embedding.elements[v] >= 0 ? 1 : 0;
             segmentation.add(body_template.anatomy_weights, v, shares);
         }
         if (2 * embedded <= part.vertex_end - part.vertex_begin) continue;
@@ -138,9 +137,8 @@ std::vector<SegmentMeasure> segment_measures(const Template& body_template)
         std::array<Eigen::Vector3d, 4> corners;
         for (int k = 0; k < 4; ++k) {
             const int v = body_template.tetrahedra(t, k);
-            corners[static_cast<std::size_t>(k)] = v < num_wrap
-                                                       ? body_template.rest.volume_vertices.row(v)
-                                                       : body_template.rest.interior_vertices.row(v - num_wrap);
+            corners[k] = v < num_wrap ? body_template.rest.volume_vertices.row(v)
+                                      : body_template.rest.interior_vertices.row(v - num_wrap);
             segmentation.add(v < num_wrap ? volume_weights : body_template.interior_weights,
                              v < num_wrap ? v : v - num_wrap, shares);
         }

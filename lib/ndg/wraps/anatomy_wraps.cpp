@@ -48,15 +48,15 @@ Contents contents(const WrapSkin& skin, const std::vector<AnatomyMesh>& anatomy,
     std::vector<Eigen::RowVector3d> points;
     for (const AnatomyMesh& part : anatomy) {
         if (part.layer != AnatomyLayer::bone && !with_muscles) continue;
-        std::vector<char> inside(static_cast<std::size_t>(part.vertices.rows()), 0);
+        std::vector<char> inside(part.vertices.rows(), 0);
 #pragma omp parallel for schedule(static)
         for (Eigen::Index v = 0; v < part.vertices.rows(); ++v) {
             const Eigen::RowVector3d point = part.vertices.row(v);
             const bool in_box = (point.array() >= low.array()).all() && (point.array() <= high.array()).all();
-            inside[static_cast<std::size_t>(v)] = in_box && tree.signed_distance(point.transpose()) < 0.0;
+            inside[v] = in_box && tree.signed_distance(point.transpose()) < 0.0;
         }
         for (Eigen::Index v = 0; v < part.vertices.rows(); ++v) {
-            if (!inside[static_cast<std::size_t>(v)]) continue;
+            if (!inside[v]) continue;
             points.emplace_back(part.vertices.row(v));
             result.names.push_back(part.name);
         }
@@ -86,17 +86,17 @@ Containment check_containment(const WrapSkin& skin, const Points& wrap, const Co
     const TriangleTree tree(closed.vertices, closed.triangles);
     const Eigen::Index count = inside.points.rows();
     Eigen::VectorXd distances(count);
-    std::vector<int> triangles(static_cast<std::size_t>(count));
+    std::vector<int> triangles(count);
 #pragma omp parallel for schedule(dynamic, 256)
     for (Eigen::Index p = 0; p < count; ++p) {
         ClosestPoint nearest;
         distances[p] = tree.signed_distance(inside.points.row(p).transpose(), &nearest);
-        triangles[static_cast<std::size_t>(p)] = nearest.triangle_idx;
+        triangles[p] = nearest.triangle_idx;
     }
     Containment result;
     Eigen::ArrayXd lack = Eigen::ArrayXd::Zero(margins.size());
     for (Eigen::Index p = 0; p < count; ++p) {
-        const int t = triangles[static_cast<std::size_t>(p)];
+        const int t = triangles[p];
         if (t >= skin.triangles.rows()) continue;
         ++result.total;
         lack[t] = std::max(lack[t], distances[p] + wanted / 3.0);
@@ -104,7 +104,7 @@ Containment check_containment(const WrapSkin& skin, const Points& wrap, const Co
         ++result.outside;
         if (distances[p] <= result.worst) continue;
         result.worst = distances[p];
-        result.worst_part = inside.names[static_cast<std::size_t>(p)];
+        result.worst_part = inside.names[p];
     }
     // Anatomy far outside is the energy's business, not the margin's.
     margins = (margins + 1.2 * lack.min(0.001)).min(wanted + max_extra_margin);

@@ -28,8 +28,8 @@ const std::array<JacobianPoint, 8>& jacobian_points()
                 at[0], at[1], at[2], -at[0], -at[1], -at[2];
         };
         for (int k = 0; k < 3; ++k) {
-            set(list[static_cast<std::size_t>(k)], 1.0, Eigen::Vector3d::Unit(k));
-            set(list[static_cast<std::size_t>(3 + k)], 0.0, Eigen::Vector3d::Unit(k));
+            set(list[k], 1.0, Eigen::Vector3d::Unit(k));
+            set(list[3 + k], 0.0, Eigen::Vector3d::Unit(k));
         }
         const double offset = 0.5 / std::sqrt(3.0);
         set(list[6], 0.5 - offset, Eigen::Vector3d::Constant(1.0 / 3.0));

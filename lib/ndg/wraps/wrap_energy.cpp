@@ -25,19 +25,18 @@ Eigen::SparseMatrix<double> surface_laplacian(const WrapSkin& skin, const std::v
 {
     const int count = static_cast<int>(skin.vertices.rows());
     auto neighbours = vertex_neighbours(skin.triangles, count);
-    std::vector<double> factor(static_cast<std::size_t>(count), 4.0);
+    std::vector<double> factor(count, 4.0);
     for (const auto& loop : loops)
         for (std::size_t i = 0; i < loop.size(); ++i) {
-            neighbours[static_cast<std::size_t>(loop[i])] = {loop[(i + 1) % loop.size()],
-                                                             loop[(i + loop.size() - 1) % loop.size()]};
-            factor[static_cast<std::size_t>(loop[i])] = 2.0;
+            neighbours[loop[i]] = {loop[(i + 1) % loop.size()], loop[(i + loop.size() - 1) % loop.size()]};
+            factor[loop[i]] = 2.0;
         }
     std::vector<Eigen::Triplet<double>> entries;
     for (int v = 0; v < count; ++v) {
-        const auto& ring = neighbours[static_cast<std::size_t>(v)];
+        const auto& ring = neighbours[v];
         double squared = 0.0;
         for (const int n : ring) squared += (skin.vertices.row(n) - skin.vertices.row(v)).squaredNorm();
-        const double weight = factor[static_cast<std::size_t>(v)] / squared;
+        const double weight = factor[v] / squared;
         for (const int n : ring) entries.emplace_back(v, n, weight);
         entries.emplace_back(v, v, -weight * static_cast<double>(ring.size()));
     }
@@ -62,11 +61,11 @@ WrapEnergy::WrapEnergy(const WrapSkin& skin, const ScalarGrid& bone, const Scala
     thickness_bounds = Eigen::ArrayX2d::Zero(num_triangles, 2);
     margins = Eigen::ArrayX2d::Zero(num_triangles, 2);
 
-    incident_.resize(static_cast<std::size_t>(count));
+    incident_.resize(count);
     double edge = 0.0;
     for (Eigen::Index t = 0; t < num_triangles; ++t)
         for (int k = 0; k < 3; ++k) {
-            incident_[static_cast<std::size_t>(skin.triangles(t, k))].push_back({static_cast<int>(t), k});
+            incident_[skin.triangles(t, k)].push_back({static_cast<int>(t), k});
             edge +=
                 (skin.vertices.row(skin.triangles(t, k)) - skin.vertices.row(skin.triangles(t, (k + 1) % 3))).norm() /
                 (3.0 * static_cast<double>(num_triangles));
@@ -149,7 +148,7 @@ void WrapEnergy::limit_move(const WrapPair& wraps, WrapPair& move) const
             (layer == 0 ? corners(state.muscle, t) : corners(state.bone, t));
         return result;
     };
-    std::vector<int> candidates(static_cast<std::size_t>(num_triangles));
+    std::vector<int> candidates(num_triangles);
     std::iota(candidates.begin(), candidates.end(), 0);
     std::vector<char> bad(candidates.size());
     WrapPair moved{wraps.bone + move.bone, wraps.muscle + move.muscle};
@@ -176,7 +175,7 @@ void WrapEnergy::limit_move(const WrapPair& wraps, WrapPair& move) const
             move.muscle.row(v) *= shortening;
             moved.bone.row(v) = wraps.bone.row(v) + move.bone.row(v);
             moved.muscle.row(v) = wraps.muscle.row(v) + move.muscle.row(v);
-            for (const auto& [t, k] : incident_[static_cast<std::size_t>(v)]) touched.insert(t);
+            for (const auto& [t, k] : incident_[v]) touched.insert(t);
         }
         candidates.assign(touched.begin(), touched.end());
     }
@@ -186,8 +185,7 @@ Points WrapEnergy::gather(const std::vector<Corners>& corner_gradients) const
 {
     Points result = Points::Zero(skin_.vertices.rows(), 3);
     for (Eigen::Index v = 0; v < result.rows(); ++v)
-        for (const auto& [t, k] : incident_[static_cast<std::size_t>(v)])
-            result.row(v) += corner_gradients[static_cast<std::size_t>(t)].row(k);
+        for (const auto& [t, k] : incident_[v]) result.row(v) += corner_gradients[t].row(k);
     return result;
 }
 
@@ -197,7 +195,7 @@ double WrapEnergy::evaluate(const WrapPair& wraps, WrapPair* gradient) const
     Eigen::VectorXd energies(num_triangles);
     std::vector<Corners> by_bone, by_muscle;
     if (gradient != nullptr) {
-        by_bone.assign(static_cast<std::size_t>(num_triangles), Corners::Zero());
+        by_bone.assign(num_triangles, Corners::Zero());
         by_muscle = by_bone;
     }
     // Barriers first: they are cheap, and an invalid state needs nothing else.
@@ -211,9 +209,8 @@ double WrapEnergy::evaluate(const WrapPair& wraps, WrapPair* gradient) const
         energies[t] = options.quality * prism_barrier(fat, bounds(t, 0), derive ? &fat_gradient : nullptr, nullptr) +
                       options.quality * prism_barrier(flesh, bounds(t, 1), derive ? &flesh_gradient : nullptr, nullptr);
         if (!derive) continue;
-        by_muscle[static_cast<std::size_t>(t)] +=
-            options.quality * (fat_gradient.bottomRows<3>() + flesh_gradient.topRows<3>());
-        by_bone[static_cast<std::size_t>(t)] += options.quality * flesh_gradient.bottomRows<3>();
+        by_muscle[t] += options.quality * (fat_gradient.bottomRows<3>() + flesh_gradient.topRows<3>());
+        by_bone[t] += options.quality * flesh_gradient.bottomRows<3>();
     }
     double energy = energies.sum();
     if (!std::isfinite(energy)) return infinity;
@@ -222,9 +219,9 @@ double WrapEnergy::evaluate(const WrapPair& wraps, WrapPair* gradient) const
         const Corners b = corners(wraps.bone, t), m = corners(wraps.muscle, t);
         const bool derive = gradient != nullptr;
         energies[t] = fit(bone_, margins(t, 0), 2.0 * options.cover, triangle_weights_[t], b,
-                          derive ? &by_bone[static_cast<std::size_t>(t)] : nullptr, nullptr) +
+                          derive ? &by_bone[t] : nullptr, nullptr) +
                       fit(muscle_, margins(t, 1), options.cover, options.muscle_fit * triangle_weights_[t], m,
-                          derive ? &by_muscle[static_cast<std::size_t>(t)] : nullptr, nullptr);
+                          derive ? &by_muscle[t] : nullptr, nullptr);
     }
     energy += energies.sum();
 

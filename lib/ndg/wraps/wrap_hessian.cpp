@@ -9,13 +9,13 @@ void WrapEnergy::prepare_pattern()
 {
     // Bending couples everything that a prism or a sample couples.
     const auto count = static_cast<int>(skin_.vertices.rows());
-    std::vector<std::vector<int>> below(static_cast<std::size_t>(count));
+    std::vector<std::vector<int>> below(count);
     Eigen::Index entries = 0;
     for (int v = 0; v < count; ++v) {
-        auto& rows = below[static_cast<std::size_t>(v)];
+        auto& rows = below[v];
         for (Eigen::SparseMatrix<double>::InnerIterator it(bone_bending_, v); it; ++it)
             if (it.row() >= v) rows.push_back(static_cast<int>(it.row()));
-        for (const auto& [t, k] : incident_[static_cast<std::size_t>(v)])
+        for (const auto& [t, k] : incident_[v])
             for (int j = 0; j < 3; ++j)
                 if (skin_.triangles(t, j) >= v) rows.push_back(skin_.triangles(t, j));
         std::sort(rows.begin(), rows.end());
@@ -30,7 +30,7 @@ void WrapEnergy::prepare_pattern()
     for (int v = 0; v < count; ++v)
         for (int c = 0; c < 6; ++c) {
             outer[6 * v + c] = position;
-            for (const int u : below[static_cast<std::size_t>(v)])
+            for (const int u : below[v])
                 for (int r = 0; r < 6; ++r) inner[position++] = 6 * u + r;
         }
     outer[6 * count] = position;
@@ -71,9 +71,9 @@ WrapEnergy::ElementHessian WrapEnergy::element_hessian(const WrapPair& wraps, Ei
 const Eigen::SparseMatrix<double>& WrapEnergy::hessian(const WrapPair& wraps, double ridge)
 {
     const Eigen::Index num_triangles = skin_.triangles.rows();
-    std::vector<ElementHessian> elements(static_cast<std::size_t>(num_triangles));
+    std::vector<ElementHessian> elements(num_triangles);
 #pragma omp parallel for schedule(static) if (num_triangles > 2000)  // fewer are not worth waking threads for
-    for (Eigen::Index t = 0; t < num_triangles; ++t) elements[static_cast<std::size_t>(t)] = element_hessian(wraps, t);
+    for (Eigen::Index t = 0; t < num_triangles; ++t) elements[t] = element_hessian(wraps, t);
 
     std::fill(hessian_.valuePtr(), hessian_.valuePtr() + hessian_.nonZeros(), 0.0);
     Eigen::Index stride = 0;
@@ -83,7 +83,7 @@ const Eigen::SparseMatrix<double>& WrapEnergy::hessian(const WrapPair& wraps, do
                 const int u = skin_.triangles(t, i), v = skin_.triangles(t, j);
                 if (u < v) continue;
                 double* target = block(u, v, stride);
-                const ElementHessian& element = elements[static_cast<std::size_t>(t)];
+                const ElementHessian& element = elements[t];
                 for (int c = 0; c < 6; ++c)
                     for (int r = 0; r < 6; ++r)
                         target[c * stride + r] += element(9 * (r / 3) + 3 * i + r % 3, 9 * (c / 3) + 3 * j + c % 3);

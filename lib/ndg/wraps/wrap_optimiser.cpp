@@ -29,9 +29,9 @@ Points visible_directions(const WrapSkin& skin, Eigen::VectorXd& height)
 {
     constexpr int steps = 200;
     const Points normals = triangle_normals(skin.vertices, skin.triangles);
-    std::vector<std::vector<Eigen::Index>> triangles_of(static_cast<std::size_t>(skin.vertices.rows()));
+    std::vector<std::vector<Eigen::Index>> triangles_of(skin.vertices.rows());
     for (Eigen::Index t = 0; t < skin.triangles.rows(); ++t)
-        for (int k = 0; k < 3; ++k) triangles_of[static_cast<std::size_t>(skin.triangles(t, k))].push_back(t);
+        for (int k = 0; k < 3; ++k) triangles_of[skin.triangles(t, k)].push_back(t);
     Points directions = -vertex_normals(skin.vertices, skin.triangles);
     height.resize(directions.rows());
 #pragma omp parallel for schedule(static)
@@ -41,7 +41,7 @@ Points visible_directions(const WrapSkin& skin, Eigen::VectorXd& height)
         for (int step = 0; step < steps; ++step) {
             double lowest = std::numeric_limits<double>::max();
             Eigen::Index worst = -1;
-            for (const Eigen::Index t : triangles_of[static_cast<std::size_t>(v)]) {
+            for (const Eigen::Index t : triangles_of[v]) {
                 const double cosine = -direction.dot(normals.row(t));
                 if (cosine < lowest) {
                     lowest = cosine;
