@@ -3,7 +3,7 @@
 
 #include "ndg/core/error.h"
 #include "ndg/core/file.h"
-#include "ndg/core/tool_parameter.h"
+#include "ndg/core/option_json.h"
 
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>

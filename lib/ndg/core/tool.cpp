@@ -143,7 +143,7 @@ std::string Tool::State::help_text() const
                              fmt::format("{}{} (default {})", option.help, range.empty() ? "" : ", " + range,
                                          value.empty() ? "none" : value));
     }
-    for (const ToolListing& listing : listings) options.emplace_back("--" + listing.flag, listing.help);
+    for (const ToolListing& listing : listings) choices.emplace_back("--" + listing.flag, listing.help);
     std::size_t width = 0;
     for (const auto& [left, right] : files) width = std::max(width, left.size());
     for (const auto& [left, right] : choices) width = std::max(width, left.size());
