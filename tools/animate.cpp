@@ -3,26 +3,33 @@
 #include "ndg/core/error.h"
 #include "ndg/core/interrupt.h"
 #include "ndg/core/tool.h"
-#include "ndg/deform/gradient_skinning.h"
-#include "ndg/deform/lbs_deformer.h"
-#include "ndg/deform/stored_gradients.h"
-#include "ndg/simulation/fem_deformer.h"
+#include "ndg/deform/deformer.h"
+
 #ifdef NDG_WITH_TORCH
-#include "ndg/neural/network_deformer.h"
+#define NDG_NETWORK_METHODS(ROW) ROW(register_network_deformer)
+#else
+#define NDG_NETWORK_METHODS(ROW)
 #endif
+
+// The table of methods, in the order of result tables and pictures: each row is a function that its own file defines.
+#define NDG_METHODS(ROW)            \
+    ROW(register_fem)               \
+    NDG_NETWORK_METHODS(ROW)        \
+    ROW(register_gradient_skinning) \
+    ROW(register_lbs)               \
+    ROW(register_stored_gradients)
+
+namespace ndg {
+#define NDG_DECLARE(name) void name(MethodTable& table);
+NDG_METHODS(NDG_DECLARE)
+}  // namespace ndg
 
 int main(int argc, char** argv)
 {
     using namespace ndg;
-    // The table of methods: its order is that of result tables and pictures.
     MethodTable methods;
-    register_fem(methods);
-#ifdef NDG_WITH_TORCH
-    register_network_deformer(methods);
-#endif
-    register_gradient_skinning(methods);
-    register_lbs(methods);
-    register_stored_gradients(methods);
+#define NDG_ADD(name) name(methods);
+    NDG_METHODS(NDG_ADD)
 
     Tool tool("animate", "Poses bodies with their flesh, by one of several methods.",
               "animate --template template.h5 --bodies bodies.h5 --poses poses.h5 --splits splits.h5 --method ndg "
