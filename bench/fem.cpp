@@ -5,7 +5,6 @@
 #include "ndg/core/threads.h"
 #include "ndg/core/tool.h"
 #include "ndg/motion/clinical_angles.h"
-#include "ndg/simulation/simulation_parameters.h"
 #include "ndg/solver/sparse_cholesky.h"
 #include "report.h"
 #include "support/support.h"
@@ -145,7 +144,7 @@ int main(int argc, char** argv)
     tool.parameter("pose-count", num_poses, "poses", 1, 100000);
     tool.parameter("plain", num_plain, "so many samples also without relaxed creases, for comparison", 0, 100000);
     tool.parameter("rings", rings, "rings of the tube", 3, 100000);
-    add_simulation_parameters(tool, options);
+    tool.options(options);
     tool.output("output", output, "JSON result", false);
     return tool.run(argc, argv, [&] {
         set_num_threads(1);

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "ndg/core/angles.h"
 #include "ndg/core/error.h"
 #include "ndg/io/motion.h"
 #include "ndg/io/motion_text.h"
@@ -12,7 +13,6 @@ namespace {
 
 constexpr double assumed_frame_rate = 120.0;
 constexpr double metres_per_inch = 0.0254;
-constexpr double radians_per_degree = M_PI / 180.0;
 
 using Words = std::vector<std::string_view>;
 

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "ndg/core/angles.h"
 #include "ndg/core/error.h"
 #include "ndg/core/json_file.h"
 #include "ndg/motion/joint_limits.h"
@@ -11,7 +12,6 @@ namespace ndg {
 
 namespace {
 
-constexpr double radians_per_degree = M_PI / 180.0;
 constexpr double largest_swing = 160.0 * radians_per_degree;
 
 class LimitReader {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ndg/retarget/retarget.h"
 
+#include "ndg/core/angles.h"
 #include "ndg/core/error.h"
 #include "ndg/geometry/rotation.h"
 #include "ndg/retarget/retarget_measures.h"

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "ndg/body/pose_set.h"
+#include "ndg/core/options.h"
 #include "ndg/motion/joint_limits.h"
 #include "ndg/retarget/inverse_kinematics.h"
 #include "ndg/retarget/joint_map.h"

@@ -2,7 +2,6 @@
 #include "ndg/simulation/fem_deformer.h"
 
 #include "ndg/core/log.h"
-#include "ndg/simulation/simulation_parameters.h"
 #include "ndg/simulation/simulator.h"
 
 namespace ndg {
@@ -37,7 +36,7 @@ void register_fem(MethodTable& table)
     const auto options = std::make_shared<SimulationOptions>();
     table.add(
         {"fem", "FEM", "finite-element simulation of static equilibrium",
-         [options](Tool& tool) { add_simulation_parameters(tool, *options); },
+         [options](Tool& tool) { tool.options(*options); },
          [options](const Template& body_template) { return std::make_unique<FemDeformer>(body_template, *options); }});
 }
 
