@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "ndg/core/angles.h"
 #include "ndg/core/error.h"
 #include "ndg/io/motion.h"
 #include "ndg/io/motion_text.h"
@@ -9,8 +10,6 @@
 namespace ndg {
 
 namespace {
-
-constexpr double radians_per_degree = M_PI / 180.0;
 
 struct Channel {
     bool is_rotation = false;
