@@ -5,6 +5,7 @@
 #include "ndg/core/threads.h"
 #include "ndg/core/tool.h"
 #include "ndg/motion/clinical_angles.h"
+#include "ndg/simulation/simulator.h"
 #include "ndg/solver/sparse_cholesky.h"
 #include "report.h"
 #include "support/support.h"
