@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ndg/body/pose_set.h"
-#include "ndg/body/sample_set.h"
+#include "ndg/dataset/deformation_file.h"
 #include "ndg/core/error.h"
 #include "ndg/core/tool.h"
 #include "ndg/scene/contact_sheet.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "ndg/body/sample_set.h"
+#include "ndg/dataset/splits.h"
 #include "ndg/body/shape_space.h"
 #include "ndg/body/template.h"
 #include "ndg/core/log.h"

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ndg/body/pose_set.h"
-#include "ndg/body/sample_set.h"
 #include "ndg/body/template.h"
 #include "ndg/core/error.h"
 #include "ndg/core/hash.h"
 #include "ndg/core/interrupt.h"
 #include "ndg/core/progress.h"
 #include "ndg/core/tool.h"
-#include "ndg/deform/gradient_file.h"
+#include "ndg/dataset/gradient_file.h"
+#include "ndg/dataset/splits.h"
 #include "ndg/neural/model.h"
 
 #include <fmt/format.h>
@@ -65,7 +65,8 @@ int main(int argc, char** argv)
         }
         require_input(!pairs.empty(), "{}: the split {} has no pairs", splits_path, split);
 
-        GradientWriter writer(output_path, method, pairs, pair_splits, body_template.num_prisms(), tool.provenance());
+        GradientWriter writer(output_path, {method, pairs, pair_splits}, body_template.num_prisms(), tool.provenance());
+        const BodyPoser poser(body_template);
         std::map<int, Eigen::VectorXd> codes;
         Progress progress("predicting", pairs.size());
         for (std::size_t begin = 0; begin < pairs.size(); begin += static_cast<std::size_t>(batch_size)) {
@@ -80,10 +81,10 @@ int main(int argc, char** argv)
                 inputs.push_back({found->second, poses.poses[static_cast<std::size_t>(pairs[i].pose_idx)]});
             }
             const RowMatrixF predictions = model.predict(inputs);
-            for (std::size_t i = 0; i < inputs.size(); ++i)
-                writer.write(
-                    static_cast<int>(begin + i),
-                    model.output_space().gradients(inputs[i].pose, predictions.row(Eigen::Index(i)).data()).data());
+            for (std::size_t i = begin; i < end; ++i) {
+                const PosedBody posed = poser.pose(bodies.bodies[pairs[i].body_idx], poses.poses[pairs[i].pose_idx]);
+                writer.write(int(i), model.output_space().gradients(posed, predictions.row(i - begin).data()));
+            }
             progress.advance(end - begin);
         }
         writer.commit();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ndg/body/pose_set.h"
-#include "ndg/body/sample_set.h"
+#include "ndg/dataset/deformation_file.h"
 #include "ndg/body/shape_space.h"
 #include "ndg/body/template.h"
 #include "ndg/core/error.h"

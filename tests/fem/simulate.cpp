@@ -47,7 +47,7 @@ TEST_CASE("One run and two threads give the same samples")
     REQUIRE(summary.samples == 4);
     REQUIRE(summary.converged_share == 1);
     REQUIRE(summary.iterations_mean > 1);
-    require_same_samples(read_deformations(scene.output, scene.tube.num_volume_vertices()), whole);
+    require_same_samples(open_deformations(scene.output, scene.tube.num_volume_vertices()), whole);
 
     set_num_threads(2);
     require_same_samples(scene.run(Shard{}, scene.folder.file("two.h5")), whole);

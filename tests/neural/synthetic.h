@@ -3,10 +3,10 @@
 #pragma once
 
 #include "ndg/body/pose_set.h"
-#include "ndg/body/sample_set.h"
 #include "ndg/body/shape_space.h"
 #include "ndg/core/random.h"
 #include "ndg/core/threads.h"
+#include "ndg/dataset/deformation_file.h"
 #include "ndg/neural/train.h"
 #include "ndg/neural/training_set.h"
 #include "support/support.h"

@@ -6,10 +6,10 @@ import re
 import sys
 
 source = sys.argv[1]
-layers = ["core", "io", "solver", "geometry", "body", "registration", "body_source", "body_build", "motion", "deform", "fem", "neural", "evaluate", "scene"]
+layers = ["core", "io", "solver", "geometry", "body", "dataset", "registration", "body_source", "body_build", "motion", "deform", "fem", "neural", "evaluate", "scene"]
 # Headers that only sources of their own module include.
 internal = {"lib/ndg/io/h5_handles.h"} | {f"lib/ndg/neural/{n}.h" for n in (
-    "adamw", "checkpoint", "matrix_exponential", "model_state", "output_basis", "torch_network", "training_set")}
+    "adamw", "checkpoint", "matrix_exponential", "model_state", "output_basis", "parametrisation", "torch_network")}
 soft_limit, hard_limit = 400, 800
 failures = []
 

@@ -2,10 +2,10 @@
 #pragma once
 
 #include "ndg/body/pose_set.h"
-#include "ndg/body/sample_set.h"
+#include "ndg/dataset/deformation_file.h"
 #include "ndg/body/template.h"
 #include "ndg/core/provenance.h"
-#include "ndg/deform/gradient_file.h"
+#include "ndg/dataset/gradient_file.h"
 
 #include <string>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "ndg/body/sample_set.h"
+#include "ndg/dataset/sample_index.h"
 #include "ndg/body/template.h"
 #include "ndg/deform/poisson.h"
 
@@ -24,8 +24,5 @@ private:
     std::optional<PoissonReconstruction> poisson_;
     int body_idx_ = -1;
 };
-
-/// Throws InputError when the pair names a body or pose that is not there.
-void require_pair(const SamplePair& pair, std::size_t num_bodies, std::size_t num_poses);
 
 }  // namespace ndg

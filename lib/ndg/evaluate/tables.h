@@ -3,7 +3,7 @@
 #pragma once
 
 #include "ndg/body/pose_set.h"
-#include "ndg/body/sample_set.h"
+#include "ndg/dataset/deformation_file.h"
 #include "ndg/body/template.h"
 #include "ndg/evaluate/metrics.h"
 

@@ -4,7 +4,7 @@
 // /sample/pair (body, pose); /sample/vertices (1 x N_v x 3 float32) unless the sample failed.
 #pragma once
 
-#include "ndg/body/sample_set.h"
+#include "ndg/dataset/splits.h"
 #include "ndg/core/provenance.h"
 
 #include <map>

@@ -3,7 +3,8 @@
 // with DATASET.shards/<i>-of-<n>.h5.parts while it is under way. The two can be moved together.
 #pragma once
 
-#include "ndg/body/sample_set.h"
+#include "ndg/dataset/deformation_file.h"
+#include "ndg/dataset/splits.h"
 #include "ndg/fem/simulate.h"
 
 #include <string>

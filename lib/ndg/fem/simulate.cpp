@@ -157,8 +157,9 @@ void collect(const std::vector<SampleTask>& tasks, const PartFolder& parts, Defo
         set.stop_reasons.push_back(part.stop_reason);
         for (const auto& [name, value] : part.statistics) set.statistics[name].push_back(value);
     }
-    write_deformations(output, set, provenance,
-                       [&](int sample_idx) { return read(stored[static_cast<std::size_t>(sample_idx)]).vertices; });
+    DeformationWriter writer(output, set, provenance);
+    for (int i = 0; i < set.size(); ++i) writer.write(i, read(stored[i]).vertices);
+    writer.commit();
 }
 
 /// Whether `output` holds these tasks already. Throws InputError when it holds something else.

@@ -3,7 +3,8 @@
 #pragma once
 
 #include "ndg/body/pose_set.h"
-#include "ndg/body/sample_set.h"
+#include "ndg/dataset/deformation_file.h"
+#include "ndg/dataset/splits.h"
 #include "ndg/body/template.h"
 #include "ndg/fem/simulator.h"
 

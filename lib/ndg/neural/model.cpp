@@ -75,7 +75,9 @@ RowMatrixF NeuralModel::predict(const std::vector<PoseInput>& inputs) const
         const int count = std::min(prediction_batch, num_samples - begin);
         RowMatrixF features(count, state_->input_space.width());
         for (int i = 0; i < count; ++i) features.row(i) = state_->input_space.features(inputs[begin + i]);
-        predictions.middleRows(begin, count) = TorchNetwork::matrix(state_->predict(features, 0));
+        const torch::Tensor rows = state_->predict(features, 0).to(torch::kCPU).contiguous();
+        predictions.middleRows(begin, count) =
+            Eigen::Map<const RowMatrixF>(rows.data_ptr<float>(), count, predictions.cols());
     }
     return predictions;
 }

@@ -28,7 +28,7 @@ at::Tensor OutputSpace::activate(const at::Tensor& outputs) const
     return outputs;
 }
 
-GradientsF OutputSpace::gradients(const Pose&, const float*) const
+GradientsF OutputSpace::gradients(const PosedBody&, const float*) const
 {
     throw InputError("the model predicts no deformation gradients");
 }

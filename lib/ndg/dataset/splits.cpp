@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "ndg/body/sample_set.h"
+#include "ndg/dataset/splits.h"
 
 #include "ndg/core/error.h"
 #include "ndg/io/h5.h"
@@ -14,22 +14,6 @@ namespace {
 
 constexpr int format_version = 1;
 constexpr int max_index = std::numeric_limits<int>::max();
-
-RowMatrixI to_matrix(const std::vector<SamplePair>& pairs)
-{
-    RowMatrixI matrix(static_cast<Eigen::Index>(pairs.size()), 2);
-    for (std::size_t i = 0; i < pairs.size(); ++i) {
-        matrix.row(static_cast<Eigen::Index>(i)) << pairs[i].body_idx, pairs[i].pose_idx;
-    }
-    return matrix;
-}
-
-std::vector<SamplePair> to_pairs(const RowMatrixI& matrix)
-{
-    std::vector<SamplePair> pairs;
-    for (Eigen::Index i = 0; i < matrix.rows(); ++i) pairs.push_back({matrix(i, 0), matrix(i, 1)});
-    return pairs;
-}
 
 template <typename Value>
 const std::vector<Value>& entries(const std::map<std::string, std::vector<Value>>& by_split, const std::string& split)
@@ -62,14 +46,13 @@ void check_splits(const std::string& path, const Splits& splits)
         const std::vector<int>& split_poses = entries(splits.poses, split);
         const std::set<int> bodies(split_bodies.begin(), split_bodies.end());
         const std::set<int> poses(split_poses.begin(), split_poses.end());
-        std::set<std::pair<int, int>> seen;
+        std::set<SamplePair> seen;
         for (const SamplePair& pair : entries(splits.pairs, split)) {
-            require_input(bodies.count(pair.body_idx) == 1 && poses.count(pair.pose_idx) == 1,
-                          "{}: /splits/{}/pairs has body {} in pose {}, which are not both of that split", path, split,
-                          pair.body_idx, pair.pose_idx);
-            require_input(seen.emplace(pair.body_idx, pair.pose_idx).second,
-                          "{}: /splits/{}/pairs has body {} in pose {} twice", path, split, pair.body_idx,
-                          pair.pose_idx);
+            bool in_split = bodies.count(pair.body_idx) == 1;
+            for (int f = 0; f < pair.num_frames; ++f) in_split = in_split && poses.count(pair.pose_idx + f) == 1;
+            require_input(in_split, "{}: /splits/{}/pairs has {}, which are not all of that split", path, split,
+                          describe(pair));
+            require_input(seen.insert(pair).second, "{}: /splits/{}/pairs has {} twice", path, split, describe(pair));
         }
     }
 }
@@ -84,7 +67,7 @@ void write_splits(const std::string& path, const Splits& splits, const Provenanc
         const std::string group = "/splits/" + split;
         writer.write(group + "/bodies", entries(splits.bodies, split), "indices of the bodies of this split");
         writer.write(group + "/poses", entries(splits.poses, split), "indices of the poses of this split");
-        writer.write(group + "/pairs", to_matrix(entries(splits.pairs, split)), "body and pose of each sample");
+        write_pairs(writer, group, entries(splits.pairs, split));
     }
     writer.commit();
 }
@@ -99,7 +82,7 @@ Splits read_splits(const std::string& path, int num_bodies, int num_poses)
         const std::string group = "/splits/" + split;
         splits.bodies[split] = reader.read_ints(group + "/bodies", -1, 0, last_body);
         splits.poses[split] = reader.read_ints(group + "/poses", -1, 0, last_pose);
-        splits.pairs[split] = to_pairs(reader.read_int_matrix(group + "/pairs", -1, 2, 0, max_index));
+        splits.pairs[split] = read_pairs(reader, group);
     }
     check_splits(path, splits);
     return splits;
