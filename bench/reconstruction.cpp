@@ -3,7 +3,8 @@
 // a tube.
 #include "ndg/core/threads.h"
 #include "ndg/core/tool.h"
-#include "ndg/deform/baselines.h"
+#include "ndg/deform/poisson.h"
+#include "ndg/deform/posed_body.h"
 #include "ndg/geometry/prism.h"
 #include "report.h"
 #include "support/support.h"
@@ -49,18 +50,17 @@ int main(int argc, char** argv)
         poisson.set_rest(RestOperators(body_template.prisms, body.volume_vertices));
         const double set_rest_seconds = seconds_since(start);
 
-        const auto world_from_rest = poser.world_from_rest(body, test::tube_pose(0.8));
-        const Points bone_wrap = poser.bone_wrap(body, world_from_rest);
-        const Points posed = poser.volume(body, world_from_rest);
-        const Gradients gradients = rest.deformation_gradients(posed);
+        const PosedBody posed = poser.pose(body, test::tube_pose(0.8));
+        const Points expected = posed.skinned_volume();
+        const Gradients gradients = rest.deformation_gradients(expected);
         const GradientsF single = gradients.cast<float>();
         std::vector<double> seconds;
         double error = 0;
         for (int i = 0; i < frames; ++i) {
             start = std::chrono::steady_clock::now();
-            const Points vertices = poisson.reconstruct(single, bone_wrap);
+            const Points vertices = poisson.reconstruct(single, posed.bone_wrap());
             seconds.push_back(seconds_since(start));
-            error = (vertices - posed).rowwise().norm().maxCoeff();
+            error = (vertices - expected).rowwise().norm().maxCoeff();
         }
         bench::Report report("reconstruction");
         report.add("prisms", body_template.num_prisms());

@@ -10,16 +10,19 @@ tables: build ## Table 1 and pictures, out/<preset>/report/{index.html,results.m
 TEST_PAIRS = --splits $(OUT)/splits.h5 --split test
 REPORT = $(OUT)/report
 
-$(OUT)/gradients.h5: $(OUT)/model.h5 $(BODY_DEPS) $(OUT)/splits.h5
-	$(STAGE) infer-ndg $(BIN)/infer-ndg $(RUN) --model $< $(BODY_FILES) $(TEST_PAIRS) --output $@
+# The table of methods is the tool's. FEM is what the others are compared with, and stored gradients are no method of
+# their own. Before the first build the list is empty; targets that need it are made by a second make.
+METHODS := $(filter-out fem gradients,$(shell $(BIN)/animate --list-methods 2> /dev/null))
+PREDICTIONS = $(METHODS:%=$(OUT)/%.h5)
 
-$(OUT)/ndg.h5: $(OUT)/gradients.h5 $(BODY_DEPS)
-	$(STAGE) reconstruct $(BIN)/reconstruct $(RUN) --gradients $< $(BODY_FILES) --output $@ --anatomy $(OUT)/anatomy.h5
+# What a method needs beside bodies and poses: METHOD_FILES_<method> = --<flag> <file> ...
+METHOD_FILES_ndg = --model $(OUT)/model.h5
 
-$(OUT)/gradient-skinning.h5 $(OUT)/lbs.h5: $(OUT)/%.h5: $(BODY_DEPS) $(OUT)/splits.h5
-	$(STAGE) $* $(BIN)/animate-baseline $(RUN) --method $* $(BODY_FILES) $(TEST_PAIRS) --output $@
-
-PREDICTIONS = $(OUT)/ndg.h5 $(OUT)/gradient-skinning.h5 $(OUT)/lbs.h5
+define PREDICTION
+$(OUT)/$(1).h5: $(BODY_DEPS) $(OUT)/splits.h5 $(filter-out --%,$(METHOD_FILES_$(1)))
+	$(STAGE) $(1) $(BIN)/animate $(RUN) --method $(1) $(METHOD_FILES_$(1)) $(BODY_FILES) $(TEST_PAIRS) --output $$@
+endef
+$(foreach method,$(METHODS),$(eval $(call PREDICTION,$(method))))
 
 $(REPORT)/layers.png: $(OUT)/template.h5 $(OUT)/bodies.h5
 	$(STAGE) picture-layers $(BIN)/export-scene $(RUN) --template $(OUT)/template.h5 --bodies $(OUT)/bodies.h5 \

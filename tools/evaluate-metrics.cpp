@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "ndg/body/pose_set.h"
 #include "ndg/core/error.h"
 #include "ndg/core/log.h"
 #include "ndg/core/tool.h"
+#include "ndg/dataset/sample_inputs.h"
 #include "ndg/evaluate/report.h"
 
 #include <algorithm>
@@ -14,29 +14,23 @@ int main(int argc, char** argv)
     Tool tool("evaluate-metrics", "Compares predictions with FEM on one split and writes Table 1 and the report",
               "evaluate-metrics --template template.h5 --bodies bodies.h5 --poses poses.h5 --splits splits.h5 "
               "--reference fem.h5 --prediction ndg.h5 --prediction lbs.h5 --output report/tables.json");
-    std::string template_path, bodies_path, poses_path, splits_path, reference_path, seconds_path, output_path;
+    SampleInputs inputs;
+    std::string reference_path, seconds_path, output_path, expect_order;
     std::vector<std::string> prediction_paths;
-    std::string split = "test", expect_order;
-    tool.input("template", template_path, "Template");
-    tool.input("bodies", bodies_path, "Layered bodies");
-    tool.input("poses", poses_path, "Poses");
-    tool.input("splits", splits_path, "Splits and pairs");
+    inputs.add_files(tool);
+    inputs.add_samples(tool);
     tool.input("reference", reference_path, "FEM samples");
-    tool.input("prediction", prediction_paths, "Deformations of one method; may be given several times");
+    tool.input("prediction", prediction_paths,
+               "Deformations of one method; may be given several times, in the order of the table's rows");
     tool.input("seconds", seconds_path, "JSON object: stage -> seconds, copied into the tables", false);
     tool.output("output", output_path, "tables.json; results.md and index.html are written beside it");
-    tool.parameter("split", split, "Split to evaluate", split_names);
     tool.parameter("expect-order", expect_order,
                    "Exit with 3 unless E_pos, E_grad and E_vol grow along this chain, e.g. \"NDG<LBS\"");
 
     return tool.run(argc, argv, [&] {
-        const Template body_template = read_template(template_path);
-        const BodySet bodies = read_bodies(bodies_path, body_template);
-        const PoseSet poses = read_poses(poses_path);
-        const Splits splits = read_splits(splits_path, int(bodies.bodies.size()), poses.size());
-        const auto pairs = splits.pairs.find(split);
-        require_input(pairs != splits.pairs.end(), "{} has no split {}", splits_path, split);
-
+        inputs.read();
+        const Template& body_template = inputs.body_template;
+        const std::vector<SamplePair>& pairs = inputs.samples.pairs;
         const auto load = [&](const std::string& path) {
             log_info("Reading {}", path);
             return NamedDeformations{path, open_deformations(path, body_template.num_volume_vertices())};
@@ -46,9 +40,9 @@ int main(int argc, char** argv)
         for (const std::string& path : prediction_paths) predictions.push_back(load(path));
 
         Report report;
-        report.split = split;
-        report.rows = evaluate_methods(body_template, bodies, pairs->second, split, reference, predictions);
-        report.counts = count_data(body_template, bodies, poses.size(), pairs->second, reference,
+        report.split = inputs.split;
+        report.rows = evaluate_methods(body_template, inputs.bodies, pairs, inputs.split, reference, predictions);
+        report.counts = count_data(body_template, inputs.bodies, inputs.poses.size(), pairs, reference,
                                    convergence_criterion(reference_path));
         if (!seconds_path.empty()) report.seconds_json = read_seconds(seconds_path);
         for (const Provenance::Input& file : tool.provenance().inputs)

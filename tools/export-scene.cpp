@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ndg/body/pose_set.h"
-#include "ndg/dataset/deformation_file.h"
 #include "ndg/core/error.h"
 #include "ndg/core/tool.h"
+#include "ndg/dataset/deformation_file.h"
 #include "ndg/scene/contact_sheet.h"
 #include "ndg/scene/gltf.h"
 #include "ndg/scene/pictures.h"
@@ -44,9 +44,9 @@ BodyGeometry geometry_of(const Selection& selection, const BodyPoser& poser, con
 {
     const Body& body = bodies.bodies[std::size_t(selection.body_idx)];
     if (selection.pose_idx < 0) return rest_geometry(poser.body_template(), body);
-    const Pose& pose = poses.poses[std::size_t(selection.pose_idx)];
-    if (selection.sample_idx < 0) return skinned_geometry(poser, body, pose);
-    return posed_geometry(poser, body, pose, files[0].points(selection.sample_idx));
+    const PosedBody posed = poser.pose(body, poses.poses[selection.pose_idx]);
+    if (selection.sample_idx < 0) return skinned_geometry(posed);
+    return posed_geometry(posed, files[0].points(selection.sample_idx));
 }
 
 std::vector<Layer> scene_layers(const Template& body_template, const BodyGeometry& geometry)

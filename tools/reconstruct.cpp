@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "ndg/deform/reconstruct.h"
-#include "ndg/core/error.h"
+#include "ndg/core/interrupt.h"
 #include "ndg/core/tool.h"
+#include "ndg/deform/animate.h"
+#include "ndg/deform/stored_gradients.h"
 
 int main(int argc, char** argv)
 {
@@ -9,21 +10,19 @@ int main(int argc, char** argv)
     Tool tool("reconstruct", "Turns deformation gradients into vertices, and into embedded anatomy if wanted.",
               "reconstruct --template template.h5 --bodies bodies.h5 --poses poses.h5 --gradients gradients.h5 "
               "--output ndg.h5");
-    std::string template_path, bodies_path, poses_path, gradients_path, output, anatomy;
-    tool.input("template", template_path, "template");
-    tool.input("bodies", bodies_path, "bodies");
-    tool.input("poses", poses_path, "poses");
+    SampleInputs inputs;
+    AnimationOutputs outputs;
+    std::string gradients_path;
+    inputs.add_files(tool);
     tool.input("gradients", gradients_path, "deformation gradients of samples");
-    tool.output("output", output, "deformed samples");
-    tool.output("anatomy", anatomy, "embedded anatomy of every sample", false);
+    tool.output("output", outputs.deformations, "deformed samples");
+    tool.output("anatomy", outputs.anatomy, "embedded anatomy of every sample", false);
     return tool.run(argc, argv, [&] {
-        const Template body_template = read_template(template_path);
-        const BodySet bodies = read_bodies(bodies_path, body_template);
-        const PoseSet poses = read_poses(poses_path);
-        const GradientReader gradients(gradients_path, body_template.num_prisms());
-        const DeformationSet set =
-            reconstruct_samples(body_template, bodies, poses, gradients, anatomy, tool.provenance());
-        write_deformations(output, set, tool.provenance());
-        fmt::print("{} samples of {} reconstructed\n", set.size(), set.method);
+        catch_interrupts();
+        inputs.read();
+        StoredGradients gradients(inputs.body_template, gradients_path);
+        inputs.samples = gradients.index();
+        animate_samples(inputs, gradients, gradients.name(), outputs, tool.provenance());
+        fmt::print("{} samples of {} reconstructed\n", inputs.samples.size(), gradients.name());
     });
 }

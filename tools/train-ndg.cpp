@@ -1,14 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "ndg/body/pose_set.h"
-#include "ndg/dataset/deformation_file.h"
 #include "ndg/body/shape_space.h"
-#include "ndg/body/template.h"
 #include "ndg/core/error.h"
-#include "ndg/core/hash.h"
 #include "ndg/core/interrupt.h"
 #include "ndg/core/log.h"
 #include "ndg/core/progress.h"
 #include "ndg/core/tool.h"
+#include "ndg/dataset/deformation_file.h"
+#include "ndg/dataset/sample_inputs.h"
 #include "ndg/neural/train.h"
 
 #include <fmt/format.h>
@@ -20,7 +18,8 @@ using namespace ndg;
 
 int main(int argc, char** argv)
 {
-    std::string template_path, bodies_path, poses_path, shape_path, output_path, device_name = "cpu";
+    SampleInputs inputs;
+    std::string shape_path, output_path, device_name = "cpu";
     std::vector<std::string> samples_paths;
     NetworkOptions network;
     TrainingOptions training;
@@ -29,9 +28,7 @@ int main(int argc, char** argv)
     Tool tool("train-ndg", "Trains the network that predicts deformation gradients from pose and body shape.",
               "train-ndg --template template.h5 --bodies bodies.h5 --poses poses.h5 --shape-space shapes.h5 "
               "--samples fem.h5 --output model.h5");
-    tool.input("template", template_path, "template");
-    tool.input("bodies", bodies_path, "layered bodies of the samples");
-    tool.input("poses", poses_path, "poses of the samples");
+    inputs.add_files(tool);
     tool.input("shape-space", shape_path, "shape space of the training bodies");
     tool.input("samples", samples_paths, "simulated samples, one file or several shards");
     // The checkpoint beside the output is what is resumed; a finished model is never overwritten without --force.
@@ -65,20 +62,16 @@ int main(int argc, char** argv)
         const Device device = parse_device(device_name);
         if (tool.force()) remove_checkpoint(training.checkpoint_path);
 
-        const Template body_template = read_template(template_path);
-        const std::string template_sha256 = sha256_path(template_path);
-        const BodySet bodies = read_bodies(bodies_path, body_template);
-        require_input(bodies.template_sha256 == template_sha256,
-                      "{}: the bodies were made with another template than {}", bodies_path, template_path);
-        const PoseSet poses = read_poses(poses_path);
+        inputs.read();
+        const Template& body_template = inputs.body_template;
         const ShapeSpace shape_space = read_shape_space(shape_path);
         std::vector<DeformationSet> samples;
         for (const std::string& path : samples_paths)
             samples.push_back(open_deformations(path, body_template.num_volume_vertices()));
 
-        NeuralModel model(network, shape_space, body_template, template_sha256, tool.seed(), device);
+        NeuralModel model(network, shape_space, body_template, body_template.file_sha256, tool.seed(), device);
         const auto make_set = [&](const std::string& split) {
-            return TrainingSet(model, body_template, bodies, poses, samples, split, cache_gigabytes);
+            return TrainingSet(model, body_template, inputs.bodies, inputs.poses, samples, split, cache_gigabytes);
         };
         const TrainingSet training_set = make_set("train");
         const TrainingSet validation_set = make_set("validation");

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ndg/core/error.h"
 #include "ndg/core/random.h"
-#include "ndg/deform/baselines.h"
+#include "ndg/deform/poisson.h"
 #include "ndg/geometry/prism.h"
 #include "support/support.h"
 
@@ -88,82 +88,4 @@ TEST_CASE("Another body of the same template reuses the object")
     const Template longer = test::tube_template(6, 6);
     REQUIRE_THROWS_AS(poisson.set_rest(RestOperators(longer.prisms, longer.rest.volume_vertices)), Error);
     REQUIRE_THROWS_AS(poisson.reconstruct(rotations, other), Error);
-}
-
-TEST_CASE("Gradient skinning and skinning at rest give the rest shape; under a root motion they move with it")
-{
-    const Template tube = test::tube_template(7, 6);
-    const BodyPoser poser(tube);
-    const PoissonReconstruction poisson = make_poisson(tube);
-    Pose pose = Pose::rest(tube.skeleton.num_joints());
-    auto world_from_rest = poser.world_from_rest(tube.rest, pose);
-    REQUIRE(largest_distance(gradient_skinning(poser, poisson, tube.rest, world_from_rest), tube.rest.volume_vertices) <
-            1e-10);
-    REQUIRE(largest_distance(poser.volume(tube.rest, world_from_rest), tube.rest.volume_vertices) < 1e-12);
-    REQUIRE(largest_distance(poser.skin(tube.rest, world_from_rest), tube.rest.skin_vertices) < 1e-12);
-    REQUIRE(largest_distance(poser.interior(tube.rest, world_from_rest), tube.rest.interior_vertices) < 1e-12);
-
-    pose.parent_from_joint[0] = Eigen::AngleAxisd(2, Eigen::Vector3d(1, 1, 3).normalized()).toRotationMatrix();
-    pose.root_translation = Eigen::Vector3d(0.1, 0.2, 0.3);
-    world_from_rest = poser.world_from_rest(tube.rest, pose);
-    Points expected = tube.rest.volume_vertices;
-    for (Eigen::Index i = 0; i < expected.rows(); ++i) {
-        expected.row(i) = (world_from_rest[0] * Eigen::Vector3d(expected.row(i).transpose())).transpose();
-    }
-    REQUIRE(largest_distance(expected, tube.rest.volume_vertices) > 0.1);
-    REQUIRE(largest_distance(gradient_skinning(poser, poisson, tube.rest, world_from_rest), expected) < 1e-10);
-    REQUIRE(largest_distance(poser.volume(tube.rest, world_from_rest), expected) < 1e-10);
-}
-
-TEST_CASE("The bone wrap of every method is the skinned one; the display skin takes the deformed volume")
-{
-    const Template tube = test::tube_template(7, 6);
-    const BodyPoser poser(tube);
-    const PoissonReconstruction poisson = make_poisson(tube);
-    const auto world_from_rest = poser.world_from_rest(tube.rest, test::tube_pose(1));
-    const Points bone_wrap = poser.bone_wrap(tube.rest, world_from_rest);
-    const Points volume = gradient_skinning(poser, poisson, tube.rest, world_from_rest);
-    const int fixed = tube.num_wrap_vertices();
-    REQUIRE(largest_distance(volume.topRows(fixed), bone_wrap) == 0);
-    REQUIRE(largest_distance(poser.volume(tube.rest, world_from_rest).topRows(fixed), bone_wrap) < 1e-12);
-    REQUIRE(largest_distance(volume, poser.volume(tube.rest, world_from_rest)) > 1e-3);
-
-    const Points skin = poser.display_skin(tube.rest, world_from_rest, volume);
-    const Points skinned = poser.skin(tube.rest, world_from_rest);
-    std::vector<char> in_volume(static_cast<std::size_t>(skin.rows()), 0);
-    for (int i = 0; i < fixed; ++i) {
-        const int vertex = tube.wrap_to_skin[static_cast<std::size_t>(i)];
-        in_volume[static_cast<std::size_t>(vertex)] = 1;
-        REQUIRE((skin.row(vertex) - volume.row(2 * fixed + i)).norm() == 0);
-    }
-    for (Eigen::Index v = 0; v < skin.rows(); ++v) {
-        if (!in_volume[static_cast<std::size_t>(v)]) REQUIRE((skin.row(v) - skinned.row(v)).norm() == 0);
-    }
-}
-
-TEST_CASE("Residuals and gradients are each other's inverse")
-{
-    const Template tube = test::tube_template(5, 5);
-    const BodyPoser poser(tube);
-    const auto rotations = poser.prism_rotations(poser.world_from_rest(tube.rest, test::tube_pose(1)));
-    Gradients gradients(tube.num_prisms(), 9);
-    Random random(2, "residuals");
-    for (Eigen::Index i = 0; i < gradients.size(); ++i) gradients.data()[i] = random.normal();
-    const Gradients residuals = residuals_from_gradients(gradients, rotations);
-    REQUIRE((residuals - gradients).norm() > 0.1);
-    REQUIRE((gradients_from_residuals(residuals, rotations) - gradients).norm() < 1e-12);
-    GradientsF single = residuals.cast<float>();
-    rotate_residuals_in_place(single.data(), rotations);
-    REQUIRE((single.cast<double>() - gradients).norm() < 1e-4);
-    // A rotation alone leaves the identity.
-    Gradients rigid(tube.num_prisms(), 9);
-    for (Eigen::Index p = 0; p < rigid.rows(); ++p) {
-        Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(rigid.row(p).data()) =
-            rotations[static_cast<std::size_t>(p)];
-    }
-    const Gradients identity = residuals_from_gradients(rigid, rotations);
-    Eigen::Matrix<double, 1, 9> row;
-    row << 1, 0, 0, 0, 1, 0, 0, 0, 1;
-    REQUIRE((identity.rowwise() - row).norm() < 1e-12);
-    REQUIRE_THROWS_AS(residuals_from_gradients(gradients.topRows(2), rotations), Error);
 }

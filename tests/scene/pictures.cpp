@@ -65,15 +65,15 @@ TEST_CASE("A body in the rest pose has the geometry of the body at rest")
     const BodyPoser poser(tube);
     const BodyGeometry rest = rest_geometry(tube, tube.rest);
     const BodyGeometry posed =
-        posed_geometry(poser, tube.rest, Pose::rest(tube.skeleton.num_joints()), tube.rest.volume_vertices);
+        posed_geometry(poser.pose(tube.rest, Pose::rest(tube.skeleton.num_joints())), tube.rest.volume_vertices);
     CHECK((posed.skin_vertices - rest.skin_vertices).cwiseAbs().maxCoeff() < 1e-6);
     CHECK((posed.anatomy_vertices - rest.anatomy_vertices).cwiseAbs().maxCoeff() < 1e-9);
     CHECK(posed.heading == 0);
 
     Pose turned = Pose::rest(tube.skeleton.num_joints());
     turned.parent_from_joint[0] = Eigen::AngleAxisd(0.7, Eigen::Vector3d::UnitY()).toRotationMatrix();
-    CHECK(skinned_geometry(poser, tube.rest, turned).heading == Approx(0.7));
-    CHECK_THROWS_AS(posed_geometry(poser, tube.rest, turned, tube.rest.volume_vertices.topRows(3)), Error);
+    CHECK(skinned_geometry(poser.pose(tube.rest, turned)).heading == Approx(0.7));
+    CHECK_THROWS_AS(posed_geometry(poser.pose(tube.rest, turned), tube.rest.volume_vertices.topRows(3)), Error);
 }
 
 TEST_CASE("The wraps and the anatomy become layers of their own")
@@ -124,7 +124,7 @@ TEST_CASE("A sheet of frames has one row a sample and one column a method")
         files[k].num_volume_vertices = tube.num_volume_vertices();
         for (int pose = 0; pose < 3; ++pose)
             files[k].add({pose % 2, pose}, "test",
-                         skinned_geometry(poser, tube.rest, poses.poses[std::size_t(pose)]).volume_vertices);
+                         skinned_geometry(poser.pose(tube.rest, poses.poses[std::size_t(pose)])).volume_vertices);
     }
     PictureSettings settings = small_settings();
     settings.volume_colours = true;

@@ -46,7 +46,12 @@ struct ToolOutput {
     bool required = true, resumable = false;
 };
 
-/// Ends run() early with exit code 0: --help, --version, --print-config.
+struct ToolListing {
+    std::string flag, text, help;
+    bool wanted = false;
+};
+
+/// Ends run() early with exit code 0: --help, --version, --print-config and listings.
 struct EarlyExit {};
 
 void check_input(const ToolInput& input)
@@ -98,6 +103,7 @@ struct Tool::State {
     std::vector<ToolParameter> parameters;
     std::vector<ToolInput> inputs;
     std::vector<ToolOutput> outputs;
+    std::vector<ToolListing> listings;
     std::uint64_t seed = 1;
     int threads = 0;
     std::string log_level = "info";
@@ -144,6 +150,7 @@ std::string Tool::State::help_text() const
                              fmt::format("{}{} (default {})", parameter.help, range.empty() ? "" : ", " + range,
                                          parameter.value_text().empty() ? "none" : parameter.value_text()));
     }
+    for (const ToolListing& listing : listings) options.emplace_back("--" + listing.flag, listing.help);
     std::size_t width = 0;
     for (const auto& [left, right] : files) width = std::max(width, left.size());
     for (const auto& [left, right] : options) width = std::max(width, left.size());
@@ -197,6 +204,10 @@ void Tool::State::parse(int argc, char** argv)
         flags.push_back(output.flag);
         app.add_option("--" + output.flag, *output.path);
     }
+    for (ToolListing& listing : listings) {
+        flags.push_back(listing.flag);
+        app.add_flag("--" + listing.flag, listing.wanted);
+    }
     app.parse(argc, argv);
     for (std::size_t i = 0; i < parameters.size(); ++i) parameters[i].given = options[i]->count() > 0;
 
@@ -217,6 +228,11 @@ void Tool::State::resolve()
     }
     if (version) {
         fmt::print("{} {} ({})\n", name, project_version(), project_commit());
+        throw EarlyExit{};
+    }
+    for (const ToolListing& listing : listings) {
+        if (!listing.wanted) continue;
+        fmt::print("{}\n", listing.text);
         throw EarlyExit{};
     }
     if (!config_path.empty()) apply_config(config_path, name, parameters, "seed");
@@ -304,6 +320,11 @@ void Tool::positional_input(std::string& path, const std::string& help)
 void Tool::output(const std::string& flag, std::string& path, const std::string& help, bool required, bool resumable)
 {
     state_->outputs.push_back({flag, help, &path, required, resumable});
+}
+
+void Tool::listing(const std::string& flag, std::string text, const std::string& help)
+{
+    state_->listings.push_back({flag, std::move(text), help});
 }
 
 int Tool::run(int argc, char** argv, const std::function<void()>& body)

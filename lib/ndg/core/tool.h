@@ -43,6 +43,8 @@ public:
     /// `resumable` is true. Command line only.
     void output(const std::string& flag, std::string& path, const std::string& help, bool required = true,
                 bool resumable = false);
+    /// --FLAG prints `text` and ends, like --help, whatever else is missing. Command line only.
+    void listing(const std::string& flag, std::string text, const std::string& help);
 
     /// Parses, merges the config, runs `body`, maps exceptions to exit codes (one line on stderr, no trace).
     int run(int argc, char** argv, const std::function<void()>& body);

@@ -14,9 +14,9 @@ using nlohmann::json;
 
 /// One config file serves a whole pipeline: every tool knows the names of the others' sections.
 const std::vector<std::string> tool_names = {
-    "make-template", "sample-bodies",    "fit-body",         "build-layers",    "fit-shape-space", "import-motion",
-    "sample-poses",  "make-splits",      "simulate-fem",     "collect-samples", "train-ndg",       "infer-ndg",
-    "reconstruct",   "animate-baseline", "evaluate-metrics", "export-scene",    "ndg-info"};
+    "make-template", "sample-bodies", "fit-body",         "build-layers",    "fit-shape-space", "import-motion",
+    "sample-poses",  "make-splits",   "simulate-fem",     "collect-samples", "train-ndg",       "infer-ndg",
+    "reconstruct",   "animate",       "evaluate-metrics", "export-scene",    "ndg-info"};
 
 json parse_config(const std::string& path)
 {

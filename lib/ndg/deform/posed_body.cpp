@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ndg/deform/posed_body.h"
 
+#include "ndg/body/anatomy.h"
 #include "ndg/core/error.h"
 
 namespace ndg {
@@ -13,55 +14,59 @@ BodyPoser::BodyPoser(const Template& body_template)
 {
 }
 
-std::vector<Eigen::Isometry3d> BodyPoser::world_from_rest(const Body& body, const Pose& pose) const
+PosedBody BodyPoser::pose(const Body& body, const Pose& pose, const SamplePair& pair) const
 {
     const int num_joints = template_->skeleton.num_joints();
-    require(static_cast<int>(pose.parent_from_joint.size()) == num_joints,
+    require(int(pose.parent_from_joint.size()) == num_joints,
             "the pose has {} joint rotations, the skeleton of the template {}", pose.parent_from_joint.size(),
             num_joints);
     require(body.joint_positions.rows() == num_joints, "body {} has {} joints, the skeleton of the template {}",
             body.name, body.joint_positions.rows(), num_joints);
-    return forward_kinematics(template_->skeleton, body.joint_positions, pose);
+    return PosedBody(*this, body, pose, pair);
 }
 
-Points BodyPoser::bone_wrap(const Body& body, const std::vector<Eigen::Isometry3d>& world_from_rest) const
+PosedBody::PosedBody(const BodyPoser& poser, const Body& body, const Pose& pose, const SamplePair& pair)
+    : poser_(&poser),
+      body_(&body),
+      pose_(pose),
+      pair_(pair),
+      world_from_rest_(forward_kinematics(poser.template_->skeleton, body.joint_positions, pose)),
+      bone_wrap_(linear_blend_skinning(body.volume_vertices.topRows(poser.template_->num_wrap_vertices()),
+                                       poser.bone_wrap_weights_, world_from_rest_)),
+      prism_rotations_(blend_rotations(poser.prism_weights_, world_from_rest_))
 {
-    return linear_blend_skinning(body.volume_vertices.topRows(template_->num_wrap_vertices()), bone_wrap_weights_,
-                                 world_from_rest);
 }
 
-Points BodyPoser::volume(const Body& body, const std::vector<Eigen::Isometry3d>& world_from_rest) const
+Points PosedBody::skinned_volume() const
 {
-    return linear_blend_skinning(body.volume_vertices, volume_weights_, world_from_rest);
+    return linear_blend_skinning(body_->volume_vertices, poser_->volume_weights_, world_from_rest_);
 }
 
-Points BodyPoser::interior(const Body& body, const std::vector<Eigen::Isometry3d>& world_from_rest) const
+Points PosedBody::skinned_interior() const
 {
-    return linear_blend_skinning(body.interior_vertices, template_->interior_weights, world_from_rest);
+    return linear_blend_skinning(body_->interior_vertices, body_template().interior_weights, world_from_rest_);
 }
 
-Points BodyPoser::skin(const Body& body, const std::vector<Eigen::Isometry3d>& world_from_rest) const
+Points PosedBody::skinned_skin() const
 {
-    return linear_blend_skinning(body.skin_vertices, template_->skin_weights, world_from_rest);
+    return linear_blend_skinning(body_->skin_vertices, body_template().skin_weights, world_from_rest_);
 }
 
-std::vector<Eigen::Matrix3d> BodyPoser::prism_rotations(const std::vector<Eigen::Isometry3d>& world_from_rest) const
+Points PosedBody::display_skin(const Eigen::Ref<const Points>& deformed_volume) const
 {
-    return blend_rotations(prism_weights_, world_from_rest);
+    const Template& shared = body_template();
+    require(deformed_volume.rows() == shared.num_volume_vertices(), "{} deformed volume vertices, the template has {}",
+            deformed_volume.rows(), shared.num_volume_vertices());
+    Points skin = skinned_skin();
+    const int num_wrap = shared.num_wrap_vertices();
+    for (int i = 0; i < num_wrap; ++i) skin.row(shared.wrap_to_skin[i]) = deformed_volume.row(2 * num_wrap + i);
+    return skin;
 }
 
-Points BodyPoser::display_skin(const Body& body, const std::vector<Eigen::Isometry3d>& world_from_rest,
-                               const Eigen::Ref<const Points>& deformed_volume) const
+Points PosedBody::anatomy(const Eigen::Ref<const Points>& anatomy_rest,
+                          const Eigen::Ref<const Points>& deformed_volume) const
 {
-    require(deformed_volume.rows() == template_->num_volume_vertices(),
-            "{} deformed volume vertices, the template has {}", deformed_volume.rows(),
-            template_->num_volume_vertices());
-    Points skinned = skin(body, world_from_rest);
-    const int num_wrap = template_->num_wrap_vertices();
-    for (int i = 0; i < num_wrap; ++i) {
-        skinned.row(template_->wrap_to_skin[static_cast<std::size_t>(i)]) = deformed_volume.row(2 * num_wrap + i);
-    }
-    return skinned;
+    return deformed_anatomy(body_template(), anatomy_rest, deformed_volume, skinned_interior(), world_from_rest_);
 }
 
 }  // namespace ndg

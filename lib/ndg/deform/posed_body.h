@@ -1,14 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a pose gives a body directly, without any solve: joint motions, skinned vertices, prism rotations.
+// A body in a pose: what the pose gives it directly, without any solve.
 #pragma once
 
 #include "ndg/body/template.h"
+#include "ndg/dataset/sample_index.h"
 
 #include <vector>
 
 namespace ndg {
 
-/// Skinning weights of every part of a body, made once per template.
+class PosedBody;
+
+/// Poses bodies of one template, whose skinning weights it holds.
 class BodyPoser {
 public:
     /// Keeps a reference to `body_template`, which must outlive it.
@@ -16,30 +19,61 @@ public:
 
     const Template& body_template() const { return *template_; }
 
-    /// Rigid motion of each joint's surroundings, J. Throws Error when the pose has not one rotation a joint.
-    std::vector<Eigen::Isometry3d> world_from_rest(const Body& body, const Pose& pose) const;
-
-    /// Linear blend skinning of the bone wrap, N_w x 3: the Dirichlet values of every solve (NDG 3.2, 4.2).
-    Points bone_wrap(const Body& body, const std::vector<Eigen::Isometry3d>& world_from_rest) const;
-    /// Linear blend skinning of all volume vertices, N_v x 3.
-    Points volume(const Body& body, const std::vector<Eigen::Isometry3d>& world_from_rest) const;
-    /// Linear blend skinning of the vertices inside the bone wrap, N_i x 3.
-    Points interior(const Body& body, const std::vector<Eigen::Isometry3d>& world_from_rest) const;
-    /// Linear blend skinning of the whole skin, N_s x 3.
-    Points skin(const Body& body, const std::vector<Eigen::Isometry3d>& world_from_rest) const;
-    /// R_p of every prism (NDG equation 11), N_p.
-    std::vector<Eigen::Matrix3d> prism_rotations(const std::vector<Eigen::Isometry3d>& world_from_rest) const;
-
-    /// Whole skin for display: the volumetric region from the deformed volume vertices (N_v x 3, the last N_w rows are
-    /// the skin), head, hands and toes by linear blend skinning. N_s x 3.
-    Points display_skin(const Body& body, const std::vector<Eigen::Isometry3d>& world_from_rest,
-                        const Eigen::Ref<const Points>& deformed_volume) const;
+    /// Throws Error when the pose or the body has another number of joints than the skeleton. `pair`: which sample of
+    /// the body and pose files it is, where it comes from them.
+    PosedBody pose(const Body& body, const Pose& pose, const SamplePair& pair = {-1, -1}) const;
 
 private:
+    friend class PosedBody;
+
     const Template* template_;
     SkinningWeights bone_wrap_weights_;
     SkinningWeights volume_weights_;
     SkinningWeights prism_weights_;
+};
+
+/// Joint motions, bone wrap and prism rotations are computed once and handed on to whatever deforms or shows the body;
+/// parts that not everybody needs are computed when asked for. Keeps references to its poser and body, which must
+/// outlive it.
+class PosedBody {
+public:
+    const Template& body_template() const { return poser_->body_template(); }
+    const Body& body() const { return *body_; }
+    const Pose& pose() const { return pose_; }
+    /// Indices into the body and pose files; -1 where it does not come from files.
+    const SamplePair& pair() const { return pair_; }
+
+    /// Rigid motion of each joint's surroundings, J.
+    const std::vector<Eigen::Isometry3d>& world_from_rest() const { return world_from_rest_; }
+    /// The bone wrap by linear blend skinning, N_w x 3: the Dirichlet values of every solve (NDG 3.2, 4.2).
+    const Points& bone_wrap() const { return bone_wrap_; }
+    /// R_p of every prism (NDG equation 11), N_p.
+    const std::vector<Eigen::Matrix3d>& prism_rotations() const { return prism_rotations_; }
+
+    /// By linear blend skinning: all volume vertices, N_v x 3; the vertices inside the bone wrap, N_i x 3; the whole
+    /// skin, N_s x 3.
+    Points skinned_volume() const;
+    Points skinned_interior() const;
+    Points skinned_skin() const;
+
+    /// Whole skin for display, N_s x 3: the volumetric region from the deformed volume vertices (N_v x 3, the last N_w
+    /// rows are the skin), head, hands and toes by linear blend skinning.
+    Points display_skin(const Eigen::Ref<const Points>& deformed_volume) const;
+    /// Anatomy carried by the deformed volume and the skinned bone interior, N_a x 3. `anatomy_rest`: anatomy_at_rest
+    /// of the body.
+    Points anatomy(const Eigen::Ref<const Points>& anatomy_rest, const Eigen::Ref<const Points>& deformed_volume) const;
+
+private:
+    friend class BodyPoser;
+    PosedBody(const BodyPoser& poser, const Body& body, const Pose& pose, const SamplePair& pair);
+
+    const BodyPoser* poser_;
+    const Body* body_;
+    Pose pose_;
+    SamplePair pair_;
+    std::vector<Eigen::Isometry3d> world_from_rest_;
+    Points bone_wrap_;
+    std::vector<Eigen::Matrix3d> prism_rotations_;
 };
 
 }  // namespace ndg

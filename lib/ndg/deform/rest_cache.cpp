@@ -1,18 +1,43 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ndg/deform/rest_cache.h"
 
+#include "ndg/body/anatomy.h"
+
 namespace ndg {
 
-const PoissonReconstruction& RestCache::poisson(int body_idx)
+void RestCache::set_body(const Body& body)
 {
-    const Points& rest = bodies_.bodies[static_cast<std::size_t>(body_idx)].volume_vertices;
+    if (&body == body_) return;
+    operators_.reset();
+    poisson_is_of_body_ = false;
+    anatomy_.reset();
+    body_ = &body;
+}
+
+const RestOperators& RestCache::operators(const Body& body)
+{
+    set_body(body);
+    if (!operators_) operators_.emplace(template_->prisms, body.volume_vertices);
+    return *operators_;
+}
+
+const PoissonReconstruction& RestCache::poisson(const Body& body)
+{
+    const RestOperators& rest = operators(body);
     if (!poisson_) {
-        poisson_.emplace(RestOperators(template_.prisms, rest), template_.num_wrap_vertices());
-    } else if (body_idx != body_idx_) {
-        poisson_->set_rest(RestOperators(template_.prisms, rest));
+        poisson_.emplace(rest, template_->num_wrap_vertices());
+    } else if (!poisson_is_of_body_) {
+        poisson_->set_rest(rest);
     }
-    body_idx_ = body_idx;
+    poisson_is_of_body_ = true;
     return *poisson_;
+}
+
+const Points& RestCache::anatomy(const Body& body)
+{
+    set_body(body);
+    if (!anatomy_) anatomy_ = anatomy_at_rest(*template_, body);
+    return *anatomy_;
 }
 
 }  // namespace ndg

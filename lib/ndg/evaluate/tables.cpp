@@ -53,13 +53,6 @@ std::vector<int> match_samples(const NamedDeformations& file, const std::vector<
     return matched;
 }
 
-int method_rank(const std::string& method)
-{
-    static const std::array<const char*, 5> order = {"FEM", "NDG", "VertexNet", "Gradient Skinning", "LBS"};
-    const auto found = std::find(order.begin(), order.end(), method);
-    return int(found - order.begin());
-}
-
 std::string trimmed(const std::string& text)
 {
     const auto begin = text.find_first_not_of(" \t");
@@ -112,9 +105,6 @@ std::vector<MethodMetrics> evaluate_methods(const Template& body_template, const
         }
     }
     for (MethodMetrics& row : rows) row.mean = mean_metrics(row.samples);
-    std::sort(rows.begin() + 1, rows.end(), [](const MethodMetrics& a, const MethodMetrics& b) {
-        return std::make_pair(method_rank(a.method), a.method) < std::make_pair(method_rank(b.method), b.method);
-    });
     return rows;
 }
 

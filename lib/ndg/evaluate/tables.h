@@ -3,8 +3,8 @@
 #pragma once
 
 #include "ndg/body/pose_set.h"
-#include "ndg/dataset/deformation_file.h"
 #include "ndg/body/template.h"
+#include "ndg/dataset/deformation_file.h"
 #include "ndg/evaluate/metrics.h"
 
 #include <string>
@@ -27,10 +27,9 @@ struct NamedDeformations {
     DeformationSet set;
 };
 
-/// Rows in the order FEM, NDG, VertexNet, Gradient Skinning, LBS, then any other method by name. The first element of
-/// the result is the reference itself. Samples are matched by (body, pose). Throws InputError for an empty split, a
-/// missing or doubled pair, a sample stored under another split, a body index without body, and a method that comes
-/// twice.
+/// One row a file: the reference, then the predictions in their order. Samples are matched by (body, pose). Throws
+/// InputError for an empty split, a missing or doubled pair, a sample stored under another split, a body index without
+/// body, and a method that comes twice.
 std::vector<MethodMetrics> evaluate_methods(const Template& body_template, const BodySet& bodies,
                                             const std::vector<SamplePair>& pairs, const std::string& split,
                                             const NamedDeformations& reference,

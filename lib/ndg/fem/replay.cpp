@@ -2,8 +2,6 @@
 #include "ndg/fem/replay.h"
 
 #include "ndg/core/error.h"
-#include "ndg/deform/baselines.h"
-#include "ndg/deform/rest_cache.h"
 
 #include <algorithm>
 #include <chrono>

@@ -7,7 +7,6 @@
 #include "ndg/core/progress.h"
 #include "ndg/core/stopwatch.h"
 #include "ndg/core/threads.h"
-#include "ndg/deform/rest_cache.h"
 #include "ndg/fem/sample_parts.h"
 
 #include <omp.h>

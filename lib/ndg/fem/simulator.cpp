@@ -2,7 +2,7 @@
 #include "ndg/fem/simulator.h"
 
 #include "ndg/core/error.h"
-#include "ndg/deform/baselines.h"
+#include "ndg/deform/gradient_skinning.h"
 #include "ndg/geometry/prism.h"
 
 namespace ndg {
@@ -66,18 +66,17 @@ NewtonResult Simulator::solve_in_steps(const Pose& pose, Points& vertices)
     NewtonResult result;
     NewtonOptions loose = options_.newton;
     loose.relative_tolerance = std::max(loose.relative_tolerance, step_relative_tolerance);
-    std::vector<Eigen::Matrix3d> previous_rotations = poser_.prism_rotations(
-        poser_.world_from_rest(*body_, Pose::rest(static_cast<int>(pose.parent_from_joint.size()))));
+    std::vector<Eigen::Matrix3d> previous_rotations =
+        poser_.pose(*body_, Pose::rest(int(pose.parent_from_joint.size()))).prism_rotations();
     int iterations = 0, factorizations = 0;
     for (int step = 1; step <= options_.load_steps; ++step) {
         const Pose scaled = step == options_.load_steps ? pose : scale_pose(pose, double(step) / options_.load_steps);
-        const auto world_from_rest = poser_.world_from_rest(*body_, scaled);
+        const PosedBody posed = poser_.pose(*body_, scaled);
         // The last step's deformation, turned with the bones, is the start of the next.
         const Gradients residuals =
             residuals_from_gradients(deformation_gradients(gradient_operator_, vertices), previous_rotations);
-        previous_rotations = poser_.prism_rotations(world_from_rest);
-        vertices = poisson_.reconstruct(gradients_from_residuals(residuals, previous_rotations),
-                                        poser_.bone_wrap(*body_, world_from_rest));
+        previous_rotations = posed.prism_rotations();
+        vertices = poisson_.reconstruct(gradients_from_residuals(residuals, previous_rotations), posed.bone_wrap());
         result = minimise(vertices, step == options_.load_steps ? options_.newton : loose);
         iterations += result.iterations;
         factorizations += result.factorizations;
@@ -90,7 +89,7 @@ NewtonResult Simulator::solve_in_steps(const Pose& pose, Points& vertices)
 Points Simulator::start(const Pose& pose) const
 {
     require(body_ != nullptr, "no body is set to simulate");
-    return gradient_skinning(poser_, poisson_, *body_, poser_.world_from_rest(*body_, pose));
+    return gradient_skinning(poser_.pose(*body_, pose), poisson_);
 }
 
 SimulationResult Simulator::simulate(const Pose& pose)

@@ -64,27 +64,22 @@ BodyGeometry rest_geometry(const Template& body_template, const Body& body)
     return {body.skin_vertices, body.volume_vertices, anatomy_at_rest(body_template, body), 0.0};
 }
 
-BodyGeometry posed_geometry(const BodyPoser& poser, const Body& body, const Pose& pose,
-                            const Eigen::Ref<const Points>& deformed_volume)
+BodyGeometry posed_geometry(const PosedBody& posed, const Eigen::Ref<const Points>& deformed_volume)
 {
-    require(deformed_volume.rows() == body.volume_vertices.rows(), "A deformation has {} vertices, its body {}",
-            deformed_volume.rows(), body.volume_vertices.rows());
-    const std::vector<Eigen::Isometry3d> world_from_rest = poser.world_from_rest(body, pose);
     BodyGeometry geometry;
-    geometry.skin_vertices = poser.display_skin(body, world_from_rest, deformed_volume);
+    geometry.skin_vertices = posed.display_skin(deformed_volume);
     geometry.volume_vertices = deformed_volume;
     geometry.anatomy_vertices =
-        deformed_anatomy(poser.body_template(), anatomy_at_rest(poser.body_template(), body), geometry.volume_vertices,
-                         poser.interior(body, world_from_rest), world_from_rest);
-    const Eigen::Vector3d forward = world_from_rest[0].linear().col(2);
+        posed.anatomy(anatomy_at_rest(posed.body_template(), posed.body()), geometry.volume_vertices);
+    const Eigen::Vector3d forward = posed.world_from_rest()[0].linear().col(2);
     // A body lying down has no heading; it is then shown from +z.
     if (std::hypot(forward.x(), forward.z()) > 0.3) geometry.heading = std::atan2(forward.x(), forward.z());
     return geometry;
 }
 
-BodyGeometry skinned_geometry(const BodyPoser& poser, const Body& body, const Pose& pose)
+BodyGeometry skinned_geometry(const PosedBody& posed)
 {
-    return posed_geometry(poser, body, pose, poser.volume(body, poser.world_from_rest(body, pose)));
+    return posed_geometry(posed, posed.skinned_volume());
 }
 
 Layer skin_layer(const Template& body_template, const BodyGeometry& geometry)

@@ -21,10 +21,9 @@ struct BodyGeometry {
 BodyGeometry rest_geometry(const Template& body_template, const Body& body);
 /// `deformed_volume`: N_v x 3 from FEM or a prediction. Head, hands, toes and the inside of the bone wrap follow the
 /// pose by linear blend skinning. Throws Error for a wrong number of rows.
-BodyGeometry posed_geometry(const BodyPoser& poser, const Body& body, const Pose& pose,
-                            const Eigen::Ref<const Points>& deformed_volume);
+BodyGeometry posed_geometry(const PosedBody& posed, const Eigen::Ref<const Points>& deformed_volume);
 /// The same with all volume vertices moved by linear blend skinning.
-BodyGeometry skinned_geometry(const BodyPoser& poser, const Body& body, const Pose& pose);
+BodyGeometry skinned_geometry(const PosedBody& posed);
 
 Layer skin_layer(const Template& body_template, const BodyGeometry& geometry);
 /// The skin as a faint translucent shell around other layers.

@@ -25,9 +25,9 @@ struct Thumbnail {
 Thumbnail make_thumbnail(const BodyPoser& poser, const Body& body, const Pose& pose, View view)
 {
     Thumbnail result;
-    const auto world_from_rest = poser.world_from_rest(body, pose);
-    result.geometry.skin_vertices = poser.skin(body, world_from_rest);
-    const Eigen::Vector3d forward = world_from_rest[0].linear().col(2);
+    const PosedBody posed = poser.pose(body, pose);
+    result.geometry.skin_vertices = posed.skinned_skin();
+    const Eigen::Vector3d forward = posed.world_from_rest()[0].linear().col(2);
     // A body lying down has no heading.
     if (std::hypot(forward.x(), forward.z()) > 0.3) result.geometry.heading = std::atan2(forward.x(), forward.z());
     result.camera =

@@ -126,12 +126,12 @@ Image frames_picture(const BodyPoser& poser, const BodySet& bodies, const PoseSe
                       pair.pose_idx, bodies.bodies.size(), poses.size());
         rows.emplace_back();
         shown.push_back(pair);
+        const PosedBody posed = poser.pose(bodies.bodies[pair.body_idx], poses.poses[pair.pose_idx], pair);
         for (const DeformationSet& file : files) {
             const int sample = find_sample(file, pair);
             require_input(sample >= 0, "The {} file has no sample of body {} in pose {}", file.method, pair.body_idx,
                           pair.pose_idx);
-            rows.back().push_back(posed_geometry(poser, bodies.bodies[std::size_t(pair.body_idx)],
-                                                 poses.poses[std::size_t(pair.pose_idx)], file.points(sample)));
+            rows.back().push_back(posed_geometry(posed, file.points(sample)));
         }
         labels.rows.push_back(fmt::format("body {} pose {}", pair.body_idx, pair.pose_idx));
         const BodyGeometry& first = rows.back().front();

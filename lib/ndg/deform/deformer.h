@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+// Ways to pose the flesh, and the table that lists them. A method is a Deformer and a function that adds its row;
+// tools/animate.cpp puts the rows together.
+#pragma once
+
+#include "ndg/core/tool.h"
+#include "ndg/deform/posed_body.h"
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace ndg {
+
+/// Gives a posed body its flesh. May keep what the last body's rest shape costs, so bodies in turn are cheapest. To be
+/// called from one thread at a time.
+class Deformer {
+public:
+    virtual ~Deformer() = default;
+
+    /// Deformed volume vertices, N_v x 3; the first N_w rows are the bone wrap.
+    virtual Points deform(const PosedBody& posed) = 0;
+    /// Several at once, for methods that are faster that way.
+    virtual std::vector<Points> deform_batch(const std::vector<PosedBody>& posed);
+    /// How many at once are best.
+    virtual int batch_size() const { return 1; }
+    /// Name in tables, where it is not the one of the method's row: what a file says of itself.
+    virtual std::string name() const { return ""; }
+};
+
+/// One row of the table of methods.
+struct DeformationMethod {
+    std::string flag;        ///< of --method and, in the pipeline, the name of the method's files: "gradient-skinning"
+    std::string table_name;  ///< in result tables: "Gradient Skinning"
+    std::string summary;     ///< a few words
+    /// Adds what the method needs beside bodies and poses to a tool, none of it required; empty where it needs nothing.
+    /// Methods that share options let the first of them add these.
+    std::function<void(Tool&)> add_options;
+    /// Inside Tool::run. Keeps a reference to the template. Throws InputError naming an option that is missing.
+    std::function<std::unique_ptr<Deformer>(const Template&)> make;
+};
+
+/// The methods a program knows, in the order of result tables.
+class MethodTable {
+public:
+    /// Throws Error for an empty name or one that is there already.
+    void add(DeformationMethod method);
+
+    /// Throws InputError for an unknown flag.
+    const DeformationMethod& find(const std::string& flag) const;
+    std::vector<std::string> flags() const;
+    /// "flag: summary" of all, one after the other.
+    std::string help() const;
+    void add_options(Tool& tool) const;
+
+private:
+    std::vector<DeformationMethod> methods_;
+};
+
+}  // namespace ndg

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "ndg/fem/fem_deformer.h"
+
+#include "ndg/core/log.h"
+#include "ndg/fem/simulation_parameters.h"
+#include "ndg/fem/simulator.h"
+
+namespace ndg {
+
+namespace {
+
+class FemDeformer : public Deformer {
+public:
+    FemDeformer(const Template& body_template, const SimulationOptions& options) : simulator_(body_template, options) {}
+
+    Points deform(const PosedBody& posed) override
+    {
+        if (&posed.body() != body_) simulator_.set_body(posed.body());
+        body_ = &posed.body();
+        SimulationResult result = simulator_.simulate(posed.pose());
+        if (!result.newton.converged()) {
+            log_warning("{}: Newton's method {}, relative residual {:.2e}", posed.body().name,
+                        describe(result.newton.stop), result.newton.residual_relative);
+        }
+        return std::move(result.vertices);
+    }
+
+private:
+    Simulator simulator_;
+    const Body* body_ = nullptr;
+};
+
+}  // namespace
+
+void register_fem(MethodTable& table)
+{
+    const auto options = std::make_shared<SimulationOptions>();
+    table.add(
+        {"fem", "FEM", "finite-element simulation of static equilibrium",
+         [options](Tool& tool) { add_simulation_parameters(tool, *options); },
+         [options](const Template& body_template) { return std::make_unique<FemDeformer>(body_template, *options); }});
+}
+
+}  // namespace ndg

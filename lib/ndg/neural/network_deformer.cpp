@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "ndg/neural/network_deformer.h"
+
+#include "ndg/core/error.h"
+
+namespace ndg {
+
+namespace {
+
+NeuralModel load_model(const Template& body_template, const NetworkInputs& inputs)
+{
+    require_input(!inputs.model_path.empty(), "a network needs --model");
+    return NeuralModel::load(inputs.model_path, body_template, body_template.file_sha256, parse_device(inputs.device));
+}
+
+}  // namespace
+
+void NetworkInputs::add_to(Tool& tool, bool required)
+{
+    tool.input("model", model_path, "trained network", required);
+    tool.parameter("batch-size", batch_size, "samples that go through the network together", 1, 4096);
+    tool.parameter("device", device, "where the network runs", {"cpu", "cuda"});
+}
+
+NetworkDeformer::NetworkDeformer(const Template& body_template, const NetworkInputs& inputs)
+    : model_(load_model(body_template, inputs)), batch_size_(inputs.batch_size), rest_(body_template)
+{
+}
+
+RowMatrixF NetworkDeformer::predict(const std::vector<PosedBody>& posed)
+{
+    std::vector<PoseInput> inputs;
+    for (const PosedBody& one : posed) {
+        const auto [code, is_new] = codes_.try_emplace(&one.body());
+        if (is_new) code->second = model_.input_space().encode(one.body());
+        inputs.push_back({code->second, one.pose()});
+    }
+    return model_.predict(inputs);
+}
+
+std::vector<GradientsF> NetworkDeformer::gradients(const std::vector<PosedBody>& posed)
+{
+    const RowMatrixF predictions = predict(posed);
+    std::vector<GradientsF> gradients;
+    for (std::size_t i = 0; i < posed.size(); ++i)
+        gradients.push_back(model_.output_space().gradients(posed[i], predictions.row(i).data()));
+    return gradients;
+}
+
+std::vector<Points> NetworkDeformer::deform_batch(const std::vector<PosedBody>& posed)
+{
+    const RowMatrixF predictions = predict(posed);
+    std::vector<Points> vertices;
+    for (std::size_t i = 0; i < posed.size(); ++i)
+        vertices.push_back(model_.output_space().vertices(posed[i], rest_, predictions.row(i).data()));
+    return vertices;
+}
+
+void register_network_deformer(MethodTable& table)
+{
+    const auto inputs = std::make_shared<NetworkInputs>();
+    table.add({"ndg", "NDG", "a trained network: deformation gradients, then a Poisson solve",
+               [inputs](Tool& tool) { inputs->add_to(tool, false); },
+               [inputs](const Template& body_template) {
+                   return std::make_unique<NetworkDeformer>(body_template, *inputs);
+               }});
+}
+
+}  // namespace ndg

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+// A trained network as a way to pose the flesh.
+#pragma once
+
+#include "ndg/deform/deformer.h"
+#include "ndg/deform/rest_cache.h"
+#include "ndg/neural/model.h"
+
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace ndg {
+
+/// What is needed to use a trained network.
+struct NetworkInputs {
+    std::string model_path;
+    std::string device = "cpu";
+    int batch_size = 16;
+
+    /// --model, --device and --batch-size.
+    void add_to(Tool& tool, bool required);
+};
+
+class NetworkDeformer : public Deformer {
+public:
+    /// Keeps a reference to `body_template`. Throws InputError when there is no model or it was made for another
+    /// template.
+    NetworkDeformer(const Template& body_template, const NetworkInputs& inputs);
+
+    Points deform(const PosedBody& posed) override { return deform_batch({posed}).front(); }
+    std::vector<Points> deform_batch(const std::vector<PosedBody>& posed) override;
+    int batch_size() const override { return batch_size_; }
+
+    /// OutputSpace::gradients, N_p x 9 a body. A sample's result may differ in rounding with the number of bodies given
+    /// together.
+    std::vector<GradientsF> gradients(const std::vector<PosedBody>& posed);
+
+private:
+    RowMatrixF predict(const std::vector<PosedBody>& posed);
+
+    NeuralModel model_;
+    int batch_size_;
+    RestCache rest_;
+    std::map<const Body*, Eigen::VectorXd> codes_;
+};
+
+/// "ndg", with the options of NetworkInputs.
+void register_network_deformer(MethodTable& table);
+
+}  // namespace ndg

@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "ndg/deform/posed_body.h"
+
+#include "ndg/core/error.h"
+#include "ndg/deform/gradient_skinning.h"
+#include "support/support.h"
+
+#include <catch2/catch.hpp>
+
+using namespace ndg;
+
+namespace {
+
+double largest_distance(const Points& a, const Points& b)
+{
+    return (a - b).rowwise().norm().maxCoeff();
+}
+
+PoissonReconstruction make_poisson(const Template& tube)
+{
+    return PoissonReconstruction(RestOperators(tube.prisms, tube.rest.volume_vertices), tube.num_wrap_vertices());
+}
+
+}  // namespace
+
+TEST_CASE("Gradient skinning and skinning at rest give the rest shape; under a root motion they move with it")
+{
+    const Template tube = test::tube_template(7, 6);
+    const BodyPoser poser(tube);
+    const PoissonReconstruction poisson = make_poisson(tube);
+    Pose pose = Pose::rest(tube.skeleton.num_joints());
+    const PosedBody at_rest = poser.pose(tube.rest, pose);
+    REQUIRE(largest_distance(gradient_skinning(at_rest, poisson), tube.rest.volume_vertices) < 1e-10);
+    REQUIRE(largest_distance(at_rest.skinned_volume(), tube.rest.volume_vertices) < 1e-12);
+    REQUIRE(largest_distance(at_rest.skinned_skin(), tube.rest.skin_vertices) < 1e-12);
+    REQUIRE(largest_distance(at_rest.skinned_interior(), tube.rest.interior_vertices) < 1e-12);
+
+    pose.parent_from_joint[0] = Eigen::AngleAxisd(2, Eigen::Vector3d(1, 1, 3).normalized()).toRotationMatrix();
+    pose.root_translation = Eigen::Vector3d(0.1, 0.2, 0.3);
+    const PosedBody posed = poser.pose(tube.rest, pose);
+    Points expected = tube.rest.volume_vertices;
+    for (Eigen::Index i = 0; i < expected.rows(); ++i) {
+        expected.row(i) = (posed.world_from_rest()[0] * Eigen::Vector3d(expected.row(i).transpose())).transpose();
+    }
+    REQUIRE(largest_distance(expected, tube.rest.volume_vertices) > 0.1);
+    REQUIRE(largest_distance(gradient_skinning(posed, poisson), expected) < 1e-10);
+    REQUIRE(largest_distance(posed.skinned_volume(), expected) < 1e-10);
+}
+
+TEST_CASE("The bone wrap of every method is the skinned one; the display skin takes the deformed volume")
+{
+    const Template tube = test::tube_template(7, 6);
+    const BodyPoser poser(tube);
+    const PoissonReconstruction poisson = make_poisson(tube);
+    const PosedBody posed = poser.pose(tube.rest, test::tube_pose(1));
+    const Points volume = gradient_skinning(posed, poisson);
+    const int fixed = tube.num_wrap_vertices();
+    REQUIRE(largest_distance(volume.topRows(fixed), posed.bone_wrap()) == 0);
+    REQUIRE(largest_distance(posed.skinned_volume().topRows(fixed), posed.bone_wrap()) < 1e-12);
+    REQUIRE(largest_distance(volume, posed.skinned_volume()) > 1e-3);
+
+    const Points skin = posed.display_skin(volume);
+    const Points skinned = posed.skinned_skin();
+    std::vector<char> in_volume(skin.rows(), 0);
+    for (int i = 0; i < fixed; ++i) {
+        const int vertex = tube.wrap_to_skin[i];
+        in_volume[vertex] = 1;
+        REQUIRE((skin.row(vertex) - volume.row(2 * fixed + i)).norm() == 0);
+    }
+    for (Eigen::Index v = 0; v < skin.rows(); ++v) {
+        if (!in_volume[v]) REQUIRE((skin.row(v) - skinned.row(v)).norm() == 0);
+    }
+}
+
+TEST_CASE("A pose or body of another skeleton is refused")
+{
+    const Template tube = test::tube_template(4, 5);
+    const BodyPoser poser(tube);
+    Pose pose = test::tube_pose(0.5);
+    REQUIRE(poser.pose(tube.rest, pose).pair().body_idx == -1);
+    REQUIRE(poser.pose(tube.rest, pose, {2, 7}).pair() == SamplePair{2, 7});
+    Body body = tube.rest;
+    body.joint_positions.conservativeResize(5, 3);
+    REQUIRE_THROWS_AS(poser.pose(body, pose), Error);
+    pose.parent_from_joint.pop_back();
+    REQUIRE_THROWS_AS(poser.pose(tube.rest, pose), Error);
+}

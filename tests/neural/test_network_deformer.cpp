@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "ndg/neural/network_deformer.h"
+
+#include "ndg/core/error.h"
+#include "ndg/deform/gradient_skinning.h"
+#include "ndg/neural/train.h"
+#include "synthetic.h"
+
+#include <catch2/catch.hpp>
+
+using namespace ndg;
+
+namespace {
+
+double largest_difference(const Points& a, const Points& b)
+{
+    return (a - b).cwiseAbs().maxCoeff();
+}
+
+/// Bodies 0, 6 and 0 again, posed.
+std::vector<PosedBody> some_posed(const test::Synthetic& s, const BodyPoser& poser)
+{
+    std::vector<PosedBody> posed;
+    for (const int body_idx : {0, 6, 0}) {
+        posed.push_back(poser.pose(s.bodies.bodies[body_idx], s.poses.poses[posed.size() + 1]));
+    }
+    return posed;
+}
+
+}  // namespace
+
+TEST_CASE("An untrained network poses bodies as Gradient Skinning does")
+{
+    const test::Synthetic s = test::make_synthetic(4, 2);
+    const test::TemporaryFolder folder;
+    NetworkInputs inputs;
+    inputs.model_path = folder.file("model.h5");
+    NdgModel(test::small_network(), s.shape_space, s.tube, "", 5).save(inputs.model_path, Provenance{});
+    NetworkDeformer network(s.tube, inputs);
+    const BodyPoser poser(s.tube);
+    RestCache rest(s.tube);
+    for (const PosedBody& posed : some_posed(s, poser)) {
+        CHECK(largest_difference(network.deform(posed), gradient_skinning(posed, rest.poisson(posed.body()))) < 1e-5);
+    }
+}
+
+TEST_CASE("Several bodies at once are what they are one by one, and what their gradients reconstruct")
+{
+    const test::Synthetic s = test::make_synthetic();
+    const test::TemporaryFolder folder;
+    NetworkInputs inputs;
+    inputs.model_path = folder.file("model.h5");
+    {
+        const NetworkOptions options = test::small_network();
+        NdgModel model(options, s.shape_space, s.tube, "", 5);
+        TrainingOptions training;
+        training.epochs = 3;
+        training.learning_rate = 0.02;
+        train(model, s.set("train", options), s.set("validation", options), training);
+        model.save(inputs.model_path, Provenance{});
+    }
+    NetworkDeformer network(s.tube, inputs);
+    const BodyPoser poser(s.tube);
+    const std::vector<PosedBody> posed = some_posed(s, poser);
+    const std::vector<Points> vertices = network.deform_batch(posed);
+    const std::vector<GradientsF> gradients = network.gradients(posed);
+    RestCache rest(s.tube);
+    for (std::size_t i = 0; i < posed.size(); ++i) {
+        const PoissonReconstruction& poisson = rest.poisson(posed[i].body());
+        CHECK(vertices[i] == poisson.reconstruct(gradients[i], posed[i].bone_wrap()));
+        CHECK(largest_difference(vertices[i], network.deform(posed[i])) < 1e-5);
+        CHECK(largest_difference(vertices[i], gradient_skinning(posed[i], poisson)) > 1e-4);
+    }
+}
+
+TEST_CASE("A method without its model, or with another template's, is an input error")
+{
+    MethodTable table;
+    register_network_deformer(table);
+    const test::Synthetic s = test::make_synthetic(4, 2);
+    CHECK_THROWS_WITH(table.find("ndg").make(s.tube), Catch::Contains("--model"));
+    const test::TemporaryFolder folder;
+    NetworkInputs inputs;
+    inputs.model_path = folder.file("model.h5");
+    NdgModel(test::small_network(), s.shape_space, s.tube, "another", 5).save(inputs.model_path, Provenance{});
+    CHECK_THROWS_AS(NetworkDeformer(s.tube, inputs), InputError);
+}
