@@ -65,7 +65,7 @@ TEST_CASE("an output space of one's own is learned like any other")
     for (const int output_basis : {0, 5}) {
         CAPTURE(output_basis);
         network.output_basis = output_basis;
-        NeuralModel model(network, InputSpace(s.tube, s.shape_space, true), std::make_shared<ArmNumbers>(), "tube", 5);
+        NeuralModel model(network, s.shape_space, s.tube, std::make_shared<ArmNumbers>(), 5);
         const TrainingSet training = s.set("train", model), validation = s.set("validation", model);
         REQUIRE(training.width() == 5);
         TrainingOptions options = quick_training(150);

@@ -10,7 +10,7 @@ namespace {
 NeuralModel load_model(const Template& body_template, const NetworkInputs& inputs)
 {
     require_input(!inputs.model_path.empty(), "a network needs --model");
-    return NeuralModel::load(inputs.model_path, body_template, body_template.file_sha256, parse_device(inputs.device));
+    return NeuralModel::load(inputs.model_path, body_template, parse_device(inputs.device));
 }
 
 }  // namespace
