@@ -3,13 +3,9 @@
 #pragma once
 
 #include "ndg/body/pose_set.h"
-<<<<<<< HEAD
-#include "ndg/body/sample_set.h"
-    == == ==
-    =
-#include "ndg/body/shape_space.h"
+#include "ndg/body/pose_set.h"
+#include "ndg/body/template.h"
 #include "ndg/dataset/deformation_file.h"
-        >>>>>>> 53f5e1115786d072dfd8bf696036acf08d346a0d
 #include "ndg/body/template.h"
 #include "ndg/neural/model.h"
 
