@@ -12,6 +12,7 @@
 #include <vector>
 
 namespace ndg {
+
 /// The samples of one split. Only simulations that converged are used (statistic "converged" = 1; sets without that
 /// statistic are used whole). Keeps references to all of its sources and to the model's output space, which must
 /// outlive it; sets that were only opened are read sample by sample.
