@@ -4,6 +4,7 @@
 
 #include "ndg/core/random.h"
 #include "ndg/core/threads.h"
+#include "ndg/core/types.h"
 #include "ndg/neural/adamw.h"
 #include "ndg/neural/parametrisation.h"
 
