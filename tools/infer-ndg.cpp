@@ -5,6 +5,8 @@
 #include "ndg/deform/animate.h"
 #include "ndg/neural/network_deformer.h"
 
+#include <fmt/format.h>
+
 int main(int argc, char** argv)
 {
     using namespace ndg;
