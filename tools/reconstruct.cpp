@@ -4,6 +4,8 @@
 #include "ndg/deform/animate.h"
 #include "ndg/deform/stored_gradients.h"
 
+#include <fmt/format.h>
+
 int main(int argc, char** argv)
 {
     using namespace ndg;
