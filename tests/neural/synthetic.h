@@ -23,10 +23,7 @@ struct Synthetic {
     std::vector<DeformationSet> samples;
     ShapeSpace shape_space;
 
-    NeuralModel model(const NetworkOptions& options) const
-    {
-        return NeuralModel(options, shape_space, tube, "tube", 5);
-    }
+    NeuralModel model(const NetworkOptions& options) const { return NeuralModel(options, shape_space, tube, 5); }
     TrainingSet set(const std::string& split, const NeuralModel& model, double cache_gigabytes = 1.0) const
     {
         return TrainingSet(model, tube, bodies, poses, samples, split, cache_gigabytes);
@@ -84,6 +81,7 @@ inline Synthetic make_synthetic(int num_training = 96, int num_validation = 24)
 {
     set_num_threads(1);  // steps this small only wait for each other on several
     Synthetic s;
+    s.tube.file_sha256 = "tube";
     Random random(7, "synthetic");
     std::vector<Body> bodies;
     for (int i = 0; i < 8; ++i)

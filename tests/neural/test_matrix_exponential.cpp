@@ -4,8 +4,9 @@
 
 #include "ndg/core/random.h"
 #include "ndg/core/threads.h"
+#include "ndg/core/types.h"
 #include "ndg/neural/adamw.h"
-#include "ndg/neural/torch_network.h"
+#include "ndg/neural/parametrisation.h"
 
 #include <torch/optim/adamw.h>
 

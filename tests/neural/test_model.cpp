@@ -68,7 +68,7 @@ TEST_CASE("a saved model predicts the same, bit for bit")
         const NeuralModel model = moved_model(s, options);
         const std::string path = folder.file(fmt::format("model_{}.h5", output_basis));
         model.save(path, provenance);
-        const NeuralModel loaded = NeuralModel::load(path, s.tube, "tube");
+        const NeuralModel loaded = NeuralModel::load(path, s.tube);
         CHECK(largest_difference(model.predict(some_inputs(s, model)), loaded.predict(some_inputs(s, loaded))) == 0.0);
         CHECK(loaded.options().widths == options.widths);
         CHECK(loaded.options().shape == options.shape);
@@ -86,23 +86,24 @@ TEST_CASE("a model of another template or a damaged file is refused")
     const Synthetic s = make_synthetic(8, 2);
     Provenance provenance;
     provenance.tool = "test";
-    const NeuralModel model(small_network(), s.shape_space, s.tube, "tube", 1);
+    const NeuralModel model = s.model(small_network());
     const std::string path = folder.file("model.h5");
     model.save(path, provenance);
-    CHECK_THROWS_WITH(NeuralModel::load(path, s.tube, "other"), Catch::Contains("another template"));
-    const Template longer = tube_template(6, 6);
-    CHECK_THROWS_WITH(NeuralModel::load(path, longer, "tube"), Catch::Contains("/shape_space/components"));
+    Template longer = tube_template(6, 6);
+    CHECK_THROWS_WITH(NeuralModel::load(path, longer), Catch::Contains("another template"));
+    longer.file_sha256 = "tube";
+    CHECK_THROWS_WITH(NeuralModel::load(path, longer), Catch::Contains("/shape_space/components"));
     Template renamed = s.tube;
     renamed.skeleton.joint_names[4] = "elbow";
-    CHECK_THROWS_WITH(NeuralModel::load(path, renamed, "tube"), Catch::Contains("elbow"));
-    CHECK_THROWS_AS(NeuralModel::load(folder.file("missing.h5"), s.tube, "tube"), InputError);
+    CHECK_THROWS_WITH(NeuralModel::load(path, renamed), Catch::Contains("elbow"));
+    CHECK_THROWS_AS(NeuralModel::load(folder.file("missing.h5"), s.tube), InputError);
     const std::string truncated = folder.file("truncated.h5");
     std::filesystem::copy_file(path, truncated);
     std::filesystem::resize_file(truncated, std::filesystem::file_size(path) / 2);
-    CHECK_THROWS_AS(NeuralModel::load(truncated, s.tube, "tube"), InputError);
+    CHECK_THROWS_AS(NeuralModel::load(truncated, s.tube), InputError);
     ShapeSpace other_space = s.shape_space;
     other_space.mean.conservativeResize(other_space.mean.size() - 3);
-    CHECK_THROWS_AS(NeuralModel(small_network(), other_space, s.tube, "tube", 1), InputError);
+    CHECK_THROWS_AS(NeuralModel(small_network(), other_space, s.tube, 1), InputError);
 }
 
 TEST_CASE("options that make no sense are refused")

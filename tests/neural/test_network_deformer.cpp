@@ -3,7 +3,6 @@
 
 #include "ndg/core/error.h"
 #include "ndg/deform/gradient_skinning.h"
-#include "ndg/neural/train.h"
 #include "synthetic.h"
 
 #include <catch2/catch.hpp>
@@ -35,7 +34,7 @@ TEST_CASE("An untrained network poses bodies as Gradient Skinning does")
     const test::TemporaryFolder folder;
     NetworkInputs inputs;
     inputs.model_path = folder.file("model.h5");
-    NeuralModel(test::small_network(), s.shape_space, s.tube, "", 5).save(inputs.model_path, Provenance{});
+    s.model(test::small_network()).save(inputs.model_path, Provenance{});
     NetworkDeformer network(s.tube, inputs);
     const BodyPoser poser(s.tube);
     RestCache rest(s.tube);
@@ -50,15 +49,7 @@ TEST_CASE("Several bodies at once are what they are one by one, and what their g
     const test::TemporaryFolder folder;
     NetworkInputs inputs;
     inputs.model_path = folder.file("model.h5");
-    {
-        const NetworkOptions options = test::small_network();
-        NeuralModel model(options, s.shape_space, s.tube, "", 5);
-        TrainingOptions training;
-        training.epochs = 3;
-        training.learning_rate = 0.02;
-        train(model, s.set("train", options), s.set("validation", options), training);
-        model.save(inputs.model_path, Provenance{});
-    }
+    test::moved_model(s, test::small_network()).save(inputs.model_path, Provenance{});
     NetworkDeformer network(s.tube, inputs);
     const BodyPoser poser(s.tube);
     const std::vector<PosedBody> posed = some_posed(s, poser);
@@ -82,6 +73,8 @@ TEST_CASE("A method without its model, or with another template's, is an input e
     const test::TemporaryFolder folder;
     NetworkInputs inputs;
     inputs.model_path = folder.file("model.h5");
-    NeuralModel(test::small_network(), s.shape_space, s.tube, "another", 5).save(inputs.model_path, Provenance{});
-    CHECK_THROWS_AS(NetworkDeformer(s.tube, inputs), InputError);
+    s.model(test::small_network()).save(inputs.model_path, Provenance{});
+    Template another = s.tube;
+    another.file_sha256 = "another";
+    CHECK_THROWS_AS(NetworkDeformer(another, inputs), InputError);
 }

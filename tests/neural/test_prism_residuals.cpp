@@ -25,9 +25,11 @@ Eigen::Matrix3d prism_matrix(const GradientsF& rows, Eigen::Index p)
 GradientsF target_of(const Template& tube, const NetworkOptions& options, const Body& body, const Pose& pose,
                      const Points& vertices)
 {
+    const BodyPoser poser(tube);
     GradientsF target(tube.num_prisms(), 9);
     make_output_space(tube, options)
-        ->target(body, RestOperators(tube.prisms, body.volume_vertices), pose, vertices.cast<float>(), target.data());
+        ->target(poser.pose(body, pose), RestOperators(tube.prisms, body.volume_vertices), vertices.cast<float>(),
+                 target.data());
     return target;
 }
 
@@ -115,34 +117,53 @@ TEST_CASE("a rigid motion with the root has the identity as residual")
 TEST_CASE("an untrained model is gradient skinning, exactly")
 {
     const Synthetic s = make_synthetic(8, 2);
+    const BodyPoser poser(s.tube);
+    RestCache rest(s.tube);
     for (const std::string& parametrisation : names<ParametrisationKind>()) {
         CAPTURE(parametrisation);
         NetworkOptions options = small_network();
         options.parametrisation = parse_name<ParametrisationKind>(parametrisation);
         const NeuralModel model = s.model(options);
         const std::vector<float> neutral = neutral_prediction(model.output_space());
-        const std::vector<PoseInput> inputs = {s.input(model, 1, 1), s.input(model, 6, 6), s.input(model, 7, 7)};
-        const RowMatrixF predictions = model.predict(inputs);
-        REQUIRE(predictions.cols() == 9 * s.tube.num_prisms());
-        for (int i = 0; i < 3; ++i) {
-            for (Eigen::Index k = 0; k < predictions.cols(); ++k) {
+        REQUIRE(model.output_space().width() == 9 * s.tube.num_prisms());
+        for (const int i : {1, 6, 7}) {
+            const RowMatrixF prediction = model.predict({s.input(model, i, i)});
+            for (Eigen::Index k = 0; k < prediction.cols(); ++k) {
                 REQUIRE(neutral[k] == (k % 9 % 4 == 0 ? 1.0F : 0.0F));
-                REQUIRE(predictions(i, k) == neutral[k]);
+                REQUIRE(prediction(0, k) == neutral[k]);
             }
-            const auto rotations =
-                blend_rotations(s.tube.prism_weights(),
-                                forward_kinematics(s.tube.skeleton, s.tube.rest.joint_positions, inputs[i].pose));
-            const GradientsF gradients = model.output_space().gradients(inputs[i].pose, predictions.row(i).data());
-            REQUIRE(gradients.rows() == s.tube.num_prisms());
+            const PosedBody posed = poser.pose(s.bodies.bodies[i], s.poses.poses[i]);
+            const GradientsF gradients = model.output_space().gradients(posed, prediction.data());
             for (Eigen::Index p = 0; p < gradients.rows(); ++p)
-                REQUIRE((prism_matrix(gradients, p) - rotations[p]).cwiseAbs().maxCoeff() < 1e-7);
+                REQUIRE((prism_matrix(gradients, p) - posed.prism_rotations()[p]).cwiseAbs().maxCoeff() < 1e-7);
+            const Points skinned = rest.poisson(posed.body()).reconstruct(posed.prism_rotations(), posed.bone_wrap());
+            CHECK((model.output_space().vertices(posed, rest, prediction.data()) - skinned).cwiseAbs().maxCoeff() <
+                  1e-6);
         }
+    }
+}
+
+TEST_CASE("vertices of a deformation's own residuals are the deformation")
+{
+    const Synthetic s = make_synthetic(8, 2);
+    const BodyPoser poser(s.tube);
+    RestCache rest(s.tube);
+    const PosedBody posed = poser.pose(s.bodies.bodies[3], arm_pose(0.7, -0.2, 0.5));
+    const Points deformed = bulged_tube(s.tube, posed.body(), posed.pose());  // with the skinned bone wrap
+    for (const bool rotation : {true, false}) {
+        NetworkOptions options = small_network();
+        options.rotation = rotation;
+        const auto space = make_output_space(s.tube, options);
+        std::vector<float> target(space->width());
+        space->target(posed, rest.operators(posed.body()), deformed.cast<float>(), target.data());
+        CHECK((space->vertices(posed, rest, target.data()) - deformed).cwiseAbs().maxCoeff() < 1e-6);
     }
 }
 
 TEST_CASE("predictions turn with the root")
 {
     const Synthetic s = make_synthetic(24, 8);
+    const BodyPoser poser(s.tube);
     const Eigen::Matrix3d turn = rotation_about({1, -2, 0.7}, 2.5);
     for (const bool rotation : {true, false}) {
         NetworkOptions options = small_network();
@@ -150,9 +171,13 @@ TEST_CASE("predictions turn with the root")
         const NeuralModel model = moved_model(s, options);
         for (const int i : {1, 6, 7}) {
             PoseInput input = s.input(model, i, i);
-            const GradientsF before = model.output_space().gradients(input.pose, model.predict({input}).data());
+            const auto gradients = [&] {
+                return model.output_space().gradients(poser.pose(s.bodies.bodies[i], input.pose),
+                                                      model.predict({input}).data());
+            };
+            const GradientsF before = gradients();
             input.pose.parent_from_joint[0] = turn * input.pose.parent_from_joint[0];
-            const GradientsF after = model.output_space().gradients(input.pose, model.predict({input}).data());
+            const GradientsF after = gradients();
             for (Eigen::Index p = 0; p < before.rows(); ++p)
                 REQUIRE((prism_matrix(after, p) - turn * prism_matrix(before, p)).cwiseAbs().maxCoeff() < 5e-6);
         }
@@ -162,6 +187,7 @@ TEST_CASE("predictions turn with the root")
 TEST_CASE("predicted determinants are positive whatever the weights")
 {
     const Synthetic s = make_synthetic(24, 8);
+    const BodyPoser poser(s.tube);
     for (const char* parametrisation : {"exponential", "lu", "qr"}) {
         CAPTURE(parametrisation);
         NetworkOptions options = small_network();
@@ -175,6 +201,7 @@ TEST_CASE("predicted determinants are positive whatever the weights")
         CHECK(smallest_determinant(residuals) > 0);
         CHECK(smallest_determinant(residuals) < 0.99);  // the network has moved at all
         for (int i = 0; i < 20; ++i)
-            CHECK(smallest_determinant(model.output_space().gradients(inputs[i].pose, residuals.row(i).data())) > 0);
+            CHECK(smallest_determinant(model.output_space().gradients(poser.pose(s.bodies.bodies[0], inputs[i].pose),
+                                                                      residuals.row(i).data())) > 0);
     }
 }

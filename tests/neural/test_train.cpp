@@ -47,10 +47,11 @@ NeuralModel trained(const Synthetic& s, const NetworkOptions& network, const Tra
 class ArmNumbers : public OutputSpace {
 public:
     int width() const override { return 5; }
-    void target(const Body&, const RestOperators&, const Pose& pose, const Eigen::Ref<const PointsF>&,
+    Points vertices(const PosedBody& posed, RestCache&, const float*) const override { return posed.skinned_volume(); }
+    void target(const PosedBody& posed, const RestOperators&, const Eigen::Ref<const PointsF>&,
                 float* target) const override
     {
-        const Eigen::Matrix3d& arm = pose.parent_from_joint[standard_skeleton().joint("left_upper_arm")];
+        const Eigen::Matrix3d& arm = posed.pose().parent_from_joint[standard_skeleton().joint("left_upper_arm")];
         for (int k = 0; k < 5; ++k) target[k] = static_cast<float>(3 * arm(1 + k / 3, k % 3) - k);
     }
 };
@@ -64,7 +65,7 @@ TEST_CASE("an output space of one's own is learned like any other")
     for (const int output_basis : {0, 5}) {
         CAPTURE(output_basis);
         network.output_basis = output_basis;
-        NeuralModel model(network, InputSpace(s.tube, s.shape_space, true), std::make_shared<ArmNumbers>(), "tube", 5);
+        NeuralModel model(network, s.shape_space, s.tube, std::make_shared<ArmNumbers>(), 5);
         const TrainingSet training = s.set("train", model), validation = s.set("validation", model);
         REQUIRE(training.width() == 5);
         TrainingOptions options = quick_training(150);
@@ -75,7 +76,8 @@ TEST_CASE("an output space of one's own is learned like any other")
         REQUIRE(predictions.cols() == 5);
         const Eigen::Matrix3d& arm = s.poses.poses[70].parent_from_joint[standard_skeleton().joint("left_upper_arm")];
         CHECK(predictions(70, 4) == Approx(3 * arm(2, 1) - 4).margin(0.2));
-        CHECK_THROWS_WITH(model.output_space().gradients(s.poses.poses[0], predictions.data()),
+        const BodyPoser poser(s.tube);
+        CHECK_THROWS_WITH(model.output_space().gradients(poser.pose(s.tube.rest, s.poses.poses[0]), predictions.data()),
                           Catch::Contains("no deformation gradients"));
     }
 }

@@ -61,10 +61,13 @@ TEST_CASE("samples that do not fit are refused")
     CHECK_THROWS_WITH(s.set("train", model), Catch::Contains("twice"));
     s = good;
     s.samples[0].pairs[1].body_idx = 8;
-    CHECK_THROWS_WITH(s.set("train", model), Catch::Contains("body 8 of 8"));
+    CHECK_THROWS_WITH(s.set("train", model), Catch::Contains("body 8"));
     s = good;
     s.samples[0].pairs[1].pose_idx = 6;
-    CHECK_THROWS_WITH(s.set("train", model), Catch::Contains("pose 6 of 6"));
+    CHECK_THROWS_WITH(s.set("train", model), Catch::Contains("pose 6"));
+    s = good;
+    s.samples[0].pairs[1].num_frames = 2;
+    CHECK_THROWS_AS(s.set("train", model), InputError);
     s = good;
     s.samples[0].num_volume_vertices -= 1;
     CHECK_THROWS_AS(s.set("train", model), InputError);

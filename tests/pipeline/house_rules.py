@@ -10,7 +10,7 @@ layers = ["core", "io", "solver", "geometry", "body", "dataset", "scan", "regist
           "wraps", "template_build", "layers", "motion", "retarget", "deform", "elastic", "simulation", "neural", "evaluate", "scene", "export"]
 # Headers that only sources of their own module include.
 internal = {"lib/ndg/io/h5_handles.h", "lib/ndg/geometry/cgal_mesh.h"} | {f"lib/ndg/neural/{n}.h" for n in (
-    "adamw", "checkpoint", "matrix_exponential", "model_state", "output_basis", "torch_network", "training_set")}
+    "adamw", "checkpoint", "matrix_exponential", "model_state", "output_basis", "parametrisation", "torch_network")}
 soft_limit, hard_limit = 400, 800
 failures = []
 

@@ -16,25 +16,29 @@ constexpr int prediction_batch = 32;
 
 }  // namespace
 
-NeuralModel::NeuralModel(const NetworkOptions& options, const InputSpace& input_space,
-                         std::shared_ptr<const OutputSpace> output_space, const std::string& template_sha256,
-                         std::uint64_t seed, Device device)
+NeuralModel::NeuralModel(const NetworkOptions& options, const ShapeSpace& shape_space, const Template& body_template,
+                         std::shared_ptr<const OutputSpace> output_space, std::uint64_t seed, Device device)
 {
     options.check();
     require_input(options.output_basis == 0 || output_space->has_approximate_inverse(),
                   "output_basis {} needs predictions that can be taken back to outputs of the network",
                   options.output_basis);
-    state_ = std::make_unique<State>(
-        State{options, input_space, std::move(output_space), template_sha256, seed, device, {}, {}});
+    state_ = std::make_unique<State>(State{options,
+                                           InputSpace(body_template, shape_space, options.shape),
+                                           std::move(output_space),
+                                           body_template.file_sha256,
+                                           seed,
+                                           device,
+                                           {},
+                                           {}});
     // Until training fits the basis, all of its (zero) coefficients mean the neutral prediction.
     state_->network = state_->new_network(RowMatrixF::Zero(options.output_basis, state_->output_space->width()));
     state_->network.to(device);
 }
 
 NeuralModel::NeuralModel(const NetworkOptions& options, const ShapeSpace& shape_space, const Template& body_template,
-                         const std::string& template_sha256, std::uint64_t seed, Device device)
-    : NeuralModel(options, InputSpace(body_template, shape_space, options.shape),
-                  make_output_space(body_template, options), template_sha256, seed, device)
+                         std::uint64_t seed, Device device)
+    : NeuralModel(options, shape_space, body_template, make_output_space(body_template, options), seed, device)
 {
 }
 
@@ -75,7 +79,9 @@ RowMatrixF NeuralModel::predict(const std::vector<PoseInput>& inputs) const
         const int count = std::min(prediction_batch, num_samples - begin);
         RowMatrixF features(count, state_->input_space.width());
         for (int i = 0; i < count; ++i) features.row(i) = state_->input_space.features(inputs[begin + i]);
-        predictions.middleRows(begin, count) = TorchNetwork::matrix(state_->predict(features, 0));
+        const torch::Tensor rows = state_->predict(features, 0).to(torch::kCPU).contiguous();
+        predictions.middleRows(begin, count) =
+            Eigen::Map<const RowMatrixF>(rows.data_ptr<float>(), count, predictions.cols());
     }
     return predictions;
 }

@@ -24,22 +24,20 @@ struct TrainingCurve {
 
 class NeuralModel {
 public:
-    /// An untrained model: its predictions are the neutral one. `template_sha256`: hash of the template file, kept to
-    /// recognise it. Throws InputError for options or a shape space that do not fit.
+    /// An untrained model: its predictions are the neutral one. The template's file_sha256 is kept to recognise it.
+    /// Throws InputError for options or a shape space that do not fit.
     NeuralModel(const NetworkOptions& options, const ShapeSpace& shape_space, const Template& body_template,
-                const std::string& template_sha256, std::uint64_t seed, Device device = Device::cpu);
+                std::uint64_t seed, Device device = Device::cpu);
     /// The same with an output space of the caller's own instead of the one options.output_space names.
-    NeuralModel(const NetworkOptions& options, const InputSpace& input_space,
-                std::shared_ptr<const OutputSpace> output_space, const std::string& template_sha256, std::uint64_t seed,
-                Device device = Device::cpu);
+    NeuralModel(const NetworkOptions& options, const ShapeSpace& shape_space, const Template& body_template,
+                std::shared_ptr<const OutputSpace> output_space, std::uint64_t seed, Device device = Device::cpu);
     ~NeuralModel();
     NeuralModel(NeuralModel&&) noexcept;
     NeuralModel& operator=(NeuralModel&&) noexcept;
 
     /// File format "ndg-model", version 1 (docs/formats.md). Throws InputError naming file and item when the file is
     /// damaged or was made for another template.
-    static NeuralModel load(const std::string& path, const Template& body_template, const std::string& template_sha256,
-                            Device device = Device::cpu);
+    static NeuralModel load(const std::string& path, const Template& body_template, Device device = Device::cpu);
     void save(const std::string& path, const Provenance& provenance) const;
 
     const NetworkOptions& options() const;

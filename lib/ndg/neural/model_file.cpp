@@ -177,13 +177,12 @@ void NeuralModel::save(const std::string& path, const Provenance& provenance) co
     file.commit();
 }
 
-NeuralModel NeuralModel::load(const std::string& path, const Template& body_template,
-                              const std::string& template_sha256, Device device)
+NeuralModel NeuralModel::load(const std::string& path, const Template& body_template, Device device)
 {
     const H5Reader file(path, model_format, model_version);
-    const std::string made_for = file.attribute("template_sha256");
-    require_input(made_for == template_sha256, "{}: the model was trained on another template ({}..., not {}...)", path,
-                  made_for.substr(0, 12), template_sha256.substr(0, 12));
+    const std::string made_for = file.attribute("template_sha256"), given = body_template.file_sha256;
+    require_input(made_for == given, "{}: the model was trained on another template ({}..., not {}...)", path,
+                  made_for.substr(0, 12), given.substr(0, 12));
     const auto num_joints = static_cast<std::int64_t>(body_template.skeleton.num_joints());
     const std::vector<std::string> joint_names = file.read_strings("/input/joint_names", num_joints);
     for (std::size_t j = 0; j < joint_names.size(); ++j)
@@ -192,7 +191,7 @@ NeuralModel NeuralModel::load(const std::string& path, const Template& body_temp
                       body_template.skeleton.joint_names[j]);
 
     NeuralModel model(read_options(file), read_model_shape_space(file, 3 * body_template.num_volume_vertices()),
-                      body_template, template_sha256, 0);
+                      body_template, 0);
     State& state = *model.state_;
     const std::vector<int> visible = file.read_ints("/input/visible_joints", num_joints, 0, 1);
     require_input(visible == state.input_space.visible_joints(),

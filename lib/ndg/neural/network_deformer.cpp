@@ -11,7 +11,7 @@ NeuralModel load_model(const Template& body_template, const NetworkInputs& input
 {
     require_input(!inputs.model_path.empty(), "a network needs --model");
     require_available(inputs.device);
-    return NeuralModel::load(inputs.model_path, body_template, body_template.file_sha256, inputs.device);
+    return NeuralModel::load(inputs.model_path, body_template, inputs.device);
 }
 
 }  // namespace
@@ -43,9 +43,8 @@ std::vector<GradientsF> NetworkDeformer::gradients(const std::vector<PosedBody>&
 {
     const RowMatrixF predictions = predict(posed);
     std::vector<GradientsF> gradients;
-    for (std::size_t i = 0; i < posed.size(); ++i) {
-        gradients.push_back(model_.output_space().gradients(posed[i].pose(), predictions.row(i).data()));
-    }
+    for (std::size_t i = 0; i < posed.size(); ++i)
+        gradients.push_back(model_.output_space().gradients(posed[i], predictions.row(i).data()));
     return gradients;
 }
 
@@ -53,16 +52,15 @@ std::vector<Points> NetworkDeformer::deform_batch(const std::vector<PosedBody>& 
 {
     const RowMatrixF predictions = predict(posed);
     std::vector<Points> vertices;
-    for (std::size_t i = 0; i < posed.size(); ++i) {
+    for (std::size_t i = 0; i < posed.size(); ++i)
         vertices.push_back(model_.output_space().vertices(posed[i], rest_, predictions.row(i).data()));
-    }
     return vertices;
 }
 
 void register_network_deformer(MethodTable& table)
 {
     const auto inputs = std::make_shared<NetworkInputs>();
-    table.add({"ndg", "NDG", "deformation gradients by a trained network, then a Poisson solve",
+    table.add({"ndg", "NDG", "a trained network: deformation gradients, then a Poisson solve",
                [inputs](Tool& tool) { inputs->add_to(tool, false); },
                [inputs](const Template& body_template) {
                    return std::make_unique<NetworkDeformer>(body_template, *inputs);

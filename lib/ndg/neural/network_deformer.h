@@ -33,12 +33,11 @@ public:
     std::vector<Points> deform_batch(const std::vector<PosedBody>& posed) override;
     int batch_size() const override { return batch_size_; }
 
-    /// F_p, N_p x 9 a body; throws InputError where the network predicts nothing of the kind. A sample's result may
-    /// differ in rounding with the number of bodies given together.
+    /// OutputSpace::gradients, N_p x 9 a body. A sample's result may differ in rounding with the number of bodies given
+    /// together.
     std::vector<GradientsF> gradients(const std::vector<PosedBody>& posed);
 
 private:
-    /// One row a body.
     RowMatrixF predict(const std::vector<PosedBody>& posed);
 
     NeuralModel model_;

@@ -28,12 +28,7 @@ at::Tensor OutputSpace::activate(const at::Tensor& outputs) const
     return outputs;
 }
 
-Points OutputSpace::vertices(const PosedBody& posed, RestCache& rest, const float* prediction) const
-{
-    return rest.poisson(posed.body()).reconstruct(gradients(posed.pose(), prediction), posed.bone_wrap());
-}
-
-GradientsF OutputSpace::gradients(const Pose&, const float*) const
+GradientsF OutputSpace::gradients(const PosedBody&, const float*) const
 {
     throw InputError("the model predicts no deformation gradients");
 }

@@ -2,10 +2,8 @@
 // What a network predicts for a body in a pose. Nothing else in this module knows what the predicted numbers mean.
 #pragma once
 
-#include "ndg/body/template.h"
 #include "ndg/deform/posed_body.h"
 #include "ndg/deform/rest_cache.h"
-#include "ndg/deform/rest_operators.h"
 #include "ndg/neural/options.h"
 
 #include <memory>
@@ -25,15 +23,17 @@ public:
 
     virtual int width() const = 0;
 
-    /// What should have been predicted for a body that has `vertices` (N_v x 3) in a pose. Writes width() numbers.
-    virtual void target(const Body& body, const RestOperators& rest, const Pose& pose,
-                        const Eigen::Ref<const PointsF>& vertices, float* target) const = 0;
+    /// What should have been predicted where the posed body has these deformed volume vertices (N_v x 3, world).
+    /// `rest`: of that body. Writes width() numbers.
+    virtual void target(const PosedBody& posed, const RestOperators& rest, const Eigen::Ref<const PointsF>& vertices,
+                        float* target) const = 0;
 
-    /// The flesh of a posed body, N_v x 3. By default reconstructed from gradients().
-    virtual Points vertices(const PosedBody& posed, RestCache& rest, const float* prediction) const;
+    /// Volume vertices that a prediction gives the posed body, N_v x 3; the first N_w rows are the bone wrap.
+    virtual Points vertices(const PosedBody& posed, RestCache& rest, const float* prediction) const = 0;
+
     /// F_p of every prism, world frame: what PoissonReconstruction::reconstruct takes. Throws InputError where
     /// predictions are nothing of the kind.
-    virtual GradientsF gradients(const Pose& pose, const float* prediction) const;
+    virtual GradientsF gradients(const PosedBody& posed, const float* prediction) const;
 
     /// Predictions of raw outputs, (B, width()) to the same shape, differentiable, on any device.
     virtual at::Tensor activate(const at::Tensor& outputs) const;

@@ -8,6 +8,7 @@
 #include <Eigen/Geometry>
 #include <Eigen/SVD>
 
+#include <algorithm>
 #include <vector>
 
 namespace ndg {
@@ -63,8 +64,9 @@ void exponential_inverse(const float* residual, float* q)
     const Eigen::Vector3d axis = rotation.angle() * rotation.axis();
     Eigen::Matrix3d log_rotation;
     log_rotation << 0, -axis.z(), axis.y(), axis.z(), 0, -axis.x(), -axis.y(), axis.x(), 0;
-    Eigen::Map<Matrix3fRow>(q) =
+    const Matrix3fRow logarithm =
         (log_rotation + v * stretches.array().log().matrix().asDiagonal() * v.transpose()).cast<float>();
+    std::copy_n(logarithm.data(), 9, q);
 }
 
 Tensor direct(const Tensor& q)
@@ -74,8 +76,8 @@ Tensor direct(const Tensor& q)
 
 void direct_inverse(const float* residual, float* q)
 {
-    const Eigen::Matrix3d gradient = Eigen::Map<const Matrix3fRow>(residual).cast<double>();
-    Eigen::Map<Matrix3fRow>(q) = (gradient - Eigen::Matrix3d::Identity()).cast<float>();
+    // In double: the difference is exact, its rounding is the only one.
+    for (int k = 0; k < 9; ++k) q[k] = static_cast<float>(static_cast<double>(residual[k]) - (k % 4 == 0 ? 1.0 : 0.0));
 }
 
 /// left times (exp(Q00) Q01 Q02; 0 exp(Q11) Q12; 0 0 exp(Q22)), given the nine entries of Q.

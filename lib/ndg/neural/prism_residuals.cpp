@@ -8,26 +8,30 @@ namespace {
 
 class PrismResiduals : public OutputSpace {
 public:
-    PrismResiduals(const Template& body_template, const NetworkOptions& options)
-        : skeleton_(body_template.skeleton),
-          prism_weights_(body_template.prism_weights()),
+    PrismResiduals(int num_prisms, const NetworkOptions& options)
+        : num_prisms_(num_prisms),
           rotation_(options.rotation),
           parametrisation_(find_parametrisation(options.parametrisation))
     {
     }
 
-    int width() const override { return 9 * num_prisms(); }
+    int width() const override { return 9 * num_prisms_; }
 
-    void target(const Body&, const RestOperators& rest, const Pose& pose, const Eigen::Ref<const PointsF>& vertices,
+    void target(const PosedBody& posed, const RestOperators& rest, const Eigen::Ref<const PointsF>& vertices,
                 float* target) const override
     {
-        Eigen::Map<GradientsF>(target, num_prisms(), 9) = rest.residuals(vertices, reference_rotations(pose));
+        Eigen::Map<GradientsF>(target, num_prisms_, 9) = rest.residuals(vertices, reference_rotations(posed));
     }
 
-    GradientsF gradients(const Pose& pose, const float* prediction) const override
+    Points vertices(const PosedBody& posed, RestCache& rest, const float* prediction) const override
     {
-        GradientsF gradients = Eigen::Map<const GradientsF>(prediction, num_prisms(), 9);
-        rotate_residuals_in_place(gradients.data(), reference_rotations(pose));
+        return rest.poisson(posed.body()).reconstruct(gradients(posed, prediction), posed.bone_wrap());
+    }
+
+    GradientsF gradients(const PosedBody& posed, const float* prediction) const override
+    {
+        GradientsF gradients = Eigen::Map<const GradientsF>(prediction, num_prisms_, 9);
+        rotate_residuals_in_place(gradients.data(), reference_rotations(posed));
         return gradients;
     }
 
@@ -39,24 +43,18 @@ public:
     bool has_approximate_inverse() const override { return parametrisation_.approximate_inverse != nullptr; }
     void approximate_inverse(const float* prediction, float* outputs) const override
     {
-        for (int p = 0; p < num_prisms(); ++p)
-            parametrisation_.approximate_inverse(prediction + 9 * p, outputs + 9 * p);
+        for (int p = 0; p < num_prisms_; ++p) parametrisation_.approximate_inverse(prediction + 9 * p, outputs + 9 * p);
     }
 
 private:
-    int num_prisms() const { return static_cast<int>(prism_weights_.size()); }
-
     /// R_p (NDG equation 11), or the root's rotation for every prism.
-    std::vector<Eigen::Matrix3d> reference_rotations(const Pose& pose) const
+    std::vector<Eigen::Matrix3d> reference_rotations(const PosedBody& posed) const
     {
-        if (!rotation_) return std::vector<Eigen::Matrix3d>(num_prisms(), pose.parent_from_joint.at(0));
-        // Rotations do not depend on where the joints are.
-        return blend_rotations(prism_weights_,
-                               forward_kinematics(skeleton_, Points::Zero(skeleton_.num_joints(), 3), pose));
+        if (rotation_) return posed.prism_rotations();
+        return std::vector<Eigen::Matrix3d>(num_prisms_, posed.pose().parent_from_joint[0]);
     }
 
-    Skeleton skeleton_;
-    SkinningWeights prism_weights_;
+    int num_prisms_;
     bool rotation_;
     const Parametrisation& parametrisation_;
 };
@@ -65,7 +63,7 @@ private:
 
 std::unique_ptr<OutputSpace> make_prism_residuals(const Template& body_template, const NetworkOptions& options)
 {
-    return std::make_unique<PrismResiduals>(body_template, options);
+    return std::make_unique<PrismResiduals>(body_template.num_prisms(), options);
 }
 
 }  // namespace ndg

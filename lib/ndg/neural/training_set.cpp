@@ -23,7 +23,7 @@ std::string_view bytes_of(const float* data, std::size_t count)
 TrainingSet::TrainingSet(const NeuralModel& model, const Template& body_template, const BodySet& bodies,
                          const PoseSet& poses, const std::vector<DeformationSet>& deformations,
                          const std::string& split, double cache_gigabytes)
-    : output_space_(&model.output_space()), template_(&body_template), bodies_(&bodies), poses_(&poses)
+    : output_space_(&model.output_space()), poser_(body_template), bodies_(&bodies), poses_(&poses)
 {
     choose_samples(deformations, split);
     compute_features(model.input_space());
@@ -32,21 +32,18 @@ TrainingSet::TrainingSet(const NeuralModel& model, const Template& body_template
 
 void TrainingSet::choose_samples(const std::vector<DeformationSet>& deformations, const std::string& split)
 {
-    std::set<std::pair<int, int>> seen;
+    std::set<SamplePair> seen;
+    const int num_vertices = poser_.body_template().num_volume_vertices();
     for (const DeformationSet& set : deformations) {
-        require_input(set.num_volume_vertices == template_->num_volume_vertices(),
+        require_input(set.num_volume_vertices == num_vertices,
                       "the samples have {} volume vertices where the template has {}", set.num_volume_vertices,
-                      template_->num_volume_vertices());
+                      num_vertices);
         const auto converged = set.statistics.find("converged");
         for (std::size_t i = 0; i < set.pairs.size(); ++i) {
             if (set.pair_splits[i] != split) continue;
             const SamplePair& pair = set.pairs[i];
-            require_input(pair.body_idx >= 0 && pair.body_idx < static_cast<int>(bodies_->bodies.size()),
-                          "sample {} names body {} of {}", i, pair.body_idx, bodies_->bodies.size());
-            require_input(pair.pose_idx >= 0 && pair.pose_idx < poses_->size(), "sample {} names pose {} of {}", i,
-                          pair.pose_idx, poses_->size());
-            require_input(seen.emplace(pair.body_idx, pair.pose_idx).second,
-                          "the samples contain body {} in pose {} twice", pair.body_idx, pair.pose_idx);
+            require_pair(pair, bodies_->bodies.size(), poses_->poses.size());
+            require_input(seen.insert(pair).second, "the samples contain {} twice", describe(pair));
             if (converged != set.statistics.end() && converged->second[i] != 1.0) {
                 ++num_unconverged_;
                 continue;
@@ -76,8 +73,10 @@ void TrainingSet::keep_what_fits(double cache_gigabytes)
     std::vector<int> used_bodies;
     for (const auto& [body_idx, samples] : samples_of_body) used_bodies.push_back(body_idx);
 
-    const auto fits = [&](double bytes) { return 1e-9 * bytes <= cache_gigabytes; };
-    if (fits(sizeof(float) * static_cast<double>(width()) * size())) {
+    const double num_prisms = poser_.body_template().num_prisms();
+    const double bytes_of_targets = sizeof(float) * static_cast<double>(width()) * size();
+    const double bytes_of_rest = (sizeof(PrismGradient) + sizeof(double)) * num_prisms * used_bodies.size();
+    if (1e-9 * bytes_of_targets <= cache_gigabytes) {
         RowMatrixF targets(size(), width());
         parallel_for(static_cast<int>(used_bodies.size()), [&](int i) {
             const RestOperators rest = rest_operators(used_bodies[i]);
@@ -85,24 +84,24 @@ void TrainingSet::keep_what_fits(double cache_gigabytes)
                 compute_target(sample, rest, targets.row(sample).data());
         });
         kept_targets_ = std::move(targets);
-    } else if (fits((sizeof(PrismGradient) + sizeof(double)) * static_cast<double>(template_->num_prisms()) *
-                    static_cast<double>(used_bodies.size()))) {
+    } else if (1e-9 * bytes_of_rest <= cache_gigabytes) {
         for (const int body_idx : used_bodies) kept_rest_.emplace(body_idx, rest_operators(body_idx));
     }
 }
 
 RestOperators TrainingSet::rest_operators(int body_idx) const
 {
-    return RestOperators(template_->prisms, bodies_->bodies[body_idx].volume_vertices);
+    return RestOperators(poser_.body_template().prisms, bodies_->bodies[body_idx].volume_vertices);
 }
 
 void TrainingSet::compute_target(int sample_idx, const RestOperators& rest, float* target) const
 {
     const Sample& sample = samples_[sample_idx];
     const std::vector<float> stored = sample.set->coordinates(sample.place);
-    const Eigen::Map<const PointsF> vertices(stored.data(), template_->num_volume_vertices(), 3);
-    output_space_->target(bodies_->bodies[sample.pair.body_idx], rest, poses_->poses[sample.pair.pose_idx], vertices,
-                          target);
+    const Eigen::Map<const PointsF> vertices(stored.data(), rest.num_vertices(), 3);
+    const PosedBody posed =
+        poser_.pose(bodies_->bodies[sample.pair.body_idx], poses_->poses[sample.pair.pose_idx], sample.pair);
+    output_space_->target(posed, rest, vertices, target);
 }
 
 void TrainingSet::target(int sample_idx, float* target) const

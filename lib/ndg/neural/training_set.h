@@ -19,9 +19,9 @@ namespace ndg {
 class TrainingSet {
 public:
     /// Inputs and targets in the spaces of `model`. Targets are computed once and kept where they fit in
-    /// `cache_gigabytes`, otherwise anew whenever they are asked for, with the bodies' rest operators kept where those
-    /// fit. Throws InputError when a body, pose or vertex count does not fit, when a pair occurs twice, or when no
-    /// sample of the split is left.
+    /// `cache_gigabytes`, otherwise anew whenever they are asked for, with the bodies' rest operators kept where
+    /// those fit. Throws InputError when a body, pose or vertex count does not fit, when a pair occurs twice, or
+    /// when no sample of the split is left.
     TrainingSet(const NeuralModel& model, const Template& body_template, const BodySet& bodies, const PoseSet& poses,
                 const std::vector<DeformationSet>& deformations, const std::string& split,
                 double cache_gigabytes = 8.0);
@@ -53,7 +53,7 @@ private:
     void compute_target(int sample_idx, const RestOperators& rest, float* target) const;
 
     const OutputSpace* output_space_;
-    const Template* template_;
+    BodyPoser poser_;
     const BodySet* bodies_;
     const PoseSet* poses_;
     std::vector<Sample> samples_;
