@@ -2,6 +2,8 @@
 #include "file_samples.h"
 
 #include "ndg/core/random.h"
+#include "support/support.h"
+
 namespace ndg::test {
 
 BodySet example_bodies(const Template& tube)

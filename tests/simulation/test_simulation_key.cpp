@@ -4,6 +4,7 @@
 #include "support/described.h"
 #include "support/support.h"
 
+#include <fmt/format.h>
 #include <catch2/catch.hpp>
 
 #include <array>
