@@ -35,7 +35,7 @@ struct NetworkOptions {
     /// What is predicted: a name in the table in output_space.cpp.
     std::string output_space = "residuals";
     ParametrisationKind parametrisation = ParametrisationKind::exponential;
-    /// False: the network predicts F itself instead of R_p^T F ("no rotation"); in the root's frame, see features.h.
+    /// False: the network predicts F itself instead of R_p^T F ("no rotation"); in the root's frame.
     bool rotation = true;
     /// False: the network does not see the body ("no body shape").
     bool shape = true;
