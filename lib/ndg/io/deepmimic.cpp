@@ -51,11 +51,12 @@ void add_joint(Character& character, const JsonValue& joint)
     require_input(std::find(character.names.begin(), character.names.end(), name) == character.names.end(),
                   "{}: two joints are named \"{}\"", joint.where(), name);
     constexpr int values_of_type[] = {4, 1, 0};
-    const int type = joint.at("Type").choice({"spherical", "revolute", "fixed"});
+    // The root's motion has numbers of its own, whatever its type says.
+    const int num_values = idx == 0 ? 0 : values_of_type[joint.at("Type").choice({"spherical", "revolute", "fixed"})];
     const Eigen::RowVector3d offset = attachment(joint);
     character.names.push_back(name);
     character.parents.push_back(parent.integer(idx == 0 ? -1 : 0, idx - 1));
-    character.num_values.push_back(idx == 0 ? 0 : values_of_type[type]);
+    character.num_values.push_back(num_values);
     character.positions.row(idx).setZero();
     if (idx > 0) character.positions.row(idx) = character.positions.row(character.parents[idx]) + offset;
 }
