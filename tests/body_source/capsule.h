@@ -15,7 +15,7 @@ inline AnatomyMesh capsule(const std::string& name, const std::string& layer, do
 {
     AnatomyMesh part;
     part.name = name;
-    part.layer = parse_name<AnatomyLayer>(layer);
+    if (!layer.empty()) part.layer = parse_name<AnatomyLayer>(layer);
     part.vertices.resize(rings * segments + 2, 3);
     for (int r = 0; r < rings; ++r)
         for (int s = 0; s < segments; ++s) {

@@ -164,11 +164,9 @@ TEST_CASE("What does not follow the schema is named")
     items[3].shape = {5};
     check_violation("/gradients/splits is 5, the schema of ndg-gradients says n, where n = 4 of /gradients/pairs");
     items[4].shape = {4, 100, 3};
-    check_violation(
-        "/gradients/F is 4 x 100 x 3, the schema of ndg-gradients says n x N_p x 9, where n = 4 of /gradients/pairs");
+    check_violation("/gradients/F is 4 x 100 x 3, the schema of ndg-gradients says n_slices x N_p x 9");
     items[4].shape = {4, 900};
-    check_violation(
-        "/gradients/F is 4 x 900, the schema of ndg-gradients says n x N_p x 9, where n = 4 of /gradients/pairs");
+    check_violation("/gradients/F is 4 x 900, the schema of ndg-gradients says n_slices x N_p x 9");
     items[4].type = "float64";
     check_violation("/gradients/F holds float64, the schema of ndg-gradients says float32");
     items[1].shape = {1};
@@ -205,7 +203,6 @@ TEST_CASE("Multiples, alternatives and words in names are understood")
     CHECK_THAT(violation(59, "/network/layer_1/bias", 20, 90), Catch::Contains("says 3 N_v x d, where N_v = 20"));
     CHECK_THAT(violation(60, "/network/layer_0/norm_bias", 20, 90), Catch::Contains("layer_0/norm_bias is 3"));
     CHECK_THAT(violation(60, "/network/layer_1/a/bias", 20, 90), Catch::Contains("not in the schema"));
-    CHECK_THAT(violation(60, "/network/layer_1/bias", 20, 91), Catch::Contains("3 x 91"));
 
     std::vector<FileItem> poses = {{"/skeleton/joint_names", "text", {60}},
                                    {"/poses/rotations", "float32", {5, 60, 9}},

@@ -65,7 +65,8 @@ void check_near(const Eigen::Vector3d& a, const Eigen::Vector3d& b, double toler
 
 std::string motion_text(const std::string& rest)
 {
-    return R"({"format": "ndg-keyframes", "licence": "Apache-2.0", "frame_rate": 10, "duration": 2, )" + rest + "}";
+    const std::string duration = rest.find("\"duration\"") == std::string::npos ? R"("duration": 2, )" : "";
+    return R"({"format": "ndg-keyframes", "licence": "Apache-2.0", "frame_rate": 10, )" + duration + rest + "}";
 }
 
 KeyframeMotion motion_of(const std::string& rest)

@@ -4,6 +4,7 @@
 import os
 import random
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
@@ -42,9 +43,11 @@ def check_batch(name, command, other_option):
         process.wait()
         counts.append(len(parts(killed)) if not os.path.exists(killed) else 1000)
     check(counts == sorted(counts), f"{name}: three times kill -9 (seed {seed}): parts after each {counts}")
+    # Held still as soon as it has finished an item, so that it is not over before the next command.
     process = start_one()
     while process.poll() is None and not parts(killed):
-        time.sleep(0.01)
+        time.sleep(0.002)
+    process.send_signal(signal.SIGSTOP)
     code, text = run(command(killed))
     check(code == 2 and f"process {process.pid}" in text and text.count("error:") == 1,
           f"{name}: a second process at the same output is refused, naming the first")
@@ -67,9 +70,11 @@ folder = tempfile.mkdtemp(prefix="ndg-bodies-")
 try:
     tool = os.path.join(os.path.abspath(sys.argv[1]), "bin") + "/"
     template, skins, scans = folder + "/template.h5", folder + "/skins.h5", folder + "/scans"
+    scanned = folder + "/scanned.h5"
     for command in (["make-template", "--prisms", "4000", "--output", template],
-                    ["sample-bodies", "--template", template, "--count", "4", "--output", skins],
-                    ["simulate-scans", "--template", template, "--skins", skins, "--scans", scans,
+                    ["sample-bodies", "--template", template, "--count", "16", "--output", skins],
+                    ["sample-bodies", "--template", template, "--count", "4", "--output", scanned],
+                    ["simulate-scans", "--template", template, "--skins", scanned, "--scans", scans,
                      "--people", folder + "/people.json", "--output", folder + "/truth.h5"]):
         code, text = run([tool + command[0], *command[1:]])
         check(code == 0, command[0] + (text if code else ""))

@@ -29,9 +29,24 @@ TEST_CASE("Samples of the stored method version come out as they are stored")
     // the method by a millionth shows.
     constexpr double share = 1e-7, metres = 1e-8;
     const std::vector<StoredSample> stored = {
-        {FleshEnergy::paper, 0.5, 0, {}, {}, {}},
-        {FleshEnergy::paper, -1.1, 0, {}, {}, {}},
-        {FleshEnergy::inversion_free, 1.8, 0, {}, {}, {}},
+        {FleshEnergy::paper,
+         0.5,
+         7.926702047247e-01,
+         {0.079873216005, -0.000506181790, -0.001130429969},
+         {-0.057546513780, 0.486374759106, 0.059641359524},
+         {-0.189837105471, 0.966336367689, -0.055918283194}},
+        {FleshEnergy::paper,
+         -1.1,
+         4.573554719393e+00,
+         {0.078491646929, -0.002213367350, -0.000877014566},
+         {-0.043377632979, 0.535146292530, 0.054283142028},
+         {0.473213464163, 0.675489326547, -0.054320128491}},
+        {FleshEnergy::inversion_free,
+         1.8,
+         1.756962432031e+01,
+         {0.079666169105, -0.003594652592, -0.005456168100},
+         {-0.041574869184, 0.454725056041, 0.089371761719},
+         {-0.501831225419, 0.445678067992, -0.052282302248}},
     };
     const Template tube = test::tube_template();
     for (const StoredSample& sample : stored) {
