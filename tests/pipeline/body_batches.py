@@ -21,6 +21,15 @@ def check(condition, text):
         failures.append(text)
 
 
+def holder(output):
+    """Number of the process that is, or was last, at the parts of an output."""
+    try:
+        with open(f"{output}.parts/process") as file:
+            return int((file.read().split() or [0])[0])
+    except FileNotFoundError:
+        return 0
+
+
 def check_batch(name, command, other_option):
     """`command(output)` makes one file of several items."""
     whole, killed = f"{folder}/{name}-whole.h5", f"{folder}/{name}-killed.h5"
@@ -43,9 +52,9 @@ def check_batch(name, command, other_option):
         process.wait()
         counts.append(len(parts(killed)) if not os.path.exists(killed) else 1000)
     check(counts == sorted(counts), f"{name}: three times kill -9 (seed {seed}): parts after each {counts}")
-    # Held still as soon as it has finished an item, so that it is not over before the next command.
+    # Held still as soon as it is at work and an item is finished, so that it is not over before the next command.
     process = start_one()
-    while process.poll() is None and not parts(killed):
+    while process.poll() is None and not (holder(killed) == process.pid and parts(killed)):
         time.sleep(0.002)
     process.send_signal(signal.SIGSTOP)
     code, text = run(command(killed))
