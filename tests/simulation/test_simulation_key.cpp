@@ -16,6 +16,7 @@ namespace {
 /// A sample of the tube, 7 rings of 8 vertices, as simulation_method_version gives it.
 struct StoredSample {
     FleshEnergy energy;
+    double poisson_ratio;
     double bend;  ///< of the elbow, radians
     double energy_joule;
     std::array<double, 3> first, middle, last;  ///< skin vertices, m
@@ -25,48 +26,53 @@ struct StoredSample {
 
 TEST_CASE("Samples of the stored method version come out as they are stored")
 {
-    // Builds for other processors differ by rounding, about 1e-10 here, and by what Newton's method leaves; a change of
-    // the method by a millionth shows.
-    constexpr double share = 1e-7, metres = 1e-8;
+    // What Newton's method leaves below this residual, whatever processor the build is for, is less than 1e-12 of the
+    // energy and 2e-8 m; a millionth more bending stiffness changes the energies by 1e-9 of them, a millionth more of a
+    // modulus by 1e-7. The guard of volumes is active in the third sample.
+    constexpr double largest_residual = 1e-7, share = 1e-10, metres = 1e-7;
     const std::vector<StoredSample> stored = {
         {FleshEnergy::paper,
+         0.47,
          0.5,
          7.926702047247e-01,
-         {0.079873216005, -0.000506181790, -0.001130429969},
-         {-0.057546513780, 0.486374759106, 0.059641359524},
-         {-0.189837105471, 0.966336367689, -0.055918283194}},
+         {0.079873216004, -0.000506181791, -0.001130429965},
+         {-0.057546513784, 0.486374759105, 0.059641359515},
+         {-0.189837105474, 0.966336367686, -0.055918283197}},
         {FleshEnergy::paper,
+         0.47,
          -1.1,
          4.573554719393e+00,
          {0.078491646929, -0.002213367350, -0.000877014566},
          {-0.043377632979, 0.535146292530, 0.054283142028},
          {0.473213464163, 0.675489326547, -0.054320128491}},
         {FleshEnergy::inversion_free,
-         1.8,
-         1.756962432031e+01,
-         {0.079666169105, -0.003594652592, -0.005456168100},
-         {-0.041574869184, 0.454725056041, 0.089371761719},
-         {-0.501831225419, 0.445678067992, -0.052282302248}},
+         0.3,
+         2.5,
+         1.881094095949e+01,
+         {0.077649871020, -0.002879152567, -0.007070947566},
+         {-0.001967094425, 0.490708586846, 0.027562771589},
+         {-0.349501119124, 0.135319157595, -0.050869923015}},
     };
     const Template tube = test::tube_template();
     for (const StoredSample& sample : stored) {
         SimulationOptions options;
         options.material.energy = sample.energy;
-        options.newton.relative_tolerance = 1e-11;
+        options.material.poisson_ratio = sample.poisson_ratio;
+        options.newton.relative_tolerance = 1e-9;
+        options.newton.absolute_tolerance_newton = 0;
         Simulator simulator(tube, options);
         simulator.set_body(tube.rest);
         const SimulationResult result = simulator.simulate(test::tube_pose(sample.bend));
-        REQUIRE(result.newton.converged());
+        REQUIRE(result.newton.residual_relative < largest_residual);
         const auto skin = result.vertices.bottomRows(tube.num_wrap_vertices());
         const Eigen::Index last = skin.rows() - 1;
         const auto text = [&](Eigen::Index v) {
             return fmt::format("{{{:.12f}, {:.12f}, {:.12f}}}", skin(v, 0), skin(v, 1), skin(v, 2));
         };
-        INFO("Simulated samples come out otherwise than those that simulation_method_version "
-             << simulation_method_version
-             << " stands for. Is that intended, then raise the version, so that no dataset is continued with another "
-                "method, and store here: "
-             << fmt::format("{:.12e}, {}, {}, {}", result.newton.energy_joule, text(0), text(last / 2), text(last)));
+        INFO("Samples come out otherwise than simulation_method_version "
+             << simulation_method_version << " stands for. If that is intended, raise the version, so that no dataset "
+             << "goes on with another method, and store here:\n"
+             << fmt::format("{:.12e}\n{}\n{}\n{}", result.newton.energy_joule, text(0), text(last / 2), text(last)));
         CHECK(result.newton.energy_joule == Approx(sample.energy_joule).epsilon(share));
         const auto distance = [&](Eigen::Index v, const std::array<double, 3>& x) {
             return (skin.row(v) - Eigen::RowVector3d(x[0], x[1], x[2])).norm();

@@ -34,7 +34,8 @@ struct MaterialOptions {
 };
 /// Poisson's ratio must keep inside (1/8, 1/2): with the material as published (Smith, de Goes and Kim 2018, its
 /// parameters taken as Lame's) the bulk modulus at rest is lambda - mu / 3, which vanishes at 1/8, and lambda is
-/// infinite at 1/2. The range ends where flesh still resists compression and lambda is 5000 times mu.
+/// infinite at 1/2. The range ends where flesh still resists compression and lambda is 5000 times mu. Young's moduli
+/// may be next to nothing, for skin alone.
 void describe(OptionList& list, MaterialOptions& options);
 
 }  // namespace ndg
