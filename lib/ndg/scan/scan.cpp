@@ -154,7 +154,7 @@ double median_spacing(const Points& points, const PointTree& tree)
 
 double metres_of_unit(LengthUnit unit)
 {
-    return metres_per_unit[unit];
+    return metres_per_unit[static_cast<std::size_t>(unit)];
 }
 
 void describe(OptionList& list, ScanOptions& options)
