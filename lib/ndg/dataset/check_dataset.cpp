@@ -126,9 +126,10 @@ void check_sources(const std::string& path, const DeformationSet& set, Defects& 
         try {
             const DeformationSet shard = open_deformations(source_path, set.num_volume_vertices);
             if (key.empty() || shard.attribute(sample_key_attribute) != key) {
-                defects.add("key", fmt::format("{} was made by another program version, from other inputs or with "
-                                               "other options than the dataset states",
-                                               source_path));
+                defects.add("key",
+                            fmt::format("{} was made by another version of the method, from other inputs or with "
+                                        "other options than the dataset states",
+                                        source_path));
             }
         } catch (const InputError& error) {
             defects.add("unreadable", fmt::format("one of its shards cannot be read ({})", error.what()));

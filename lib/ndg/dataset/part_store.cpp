@@ -181,12 +181,13 @@ PartStore::PartStore(const std::string& output, const PartKind& kind, const std:
         if (!previous_key.empty() && previous_key != key_) {
             const auto is_part = [](const std::string& name) { return ends_with(name, done_ending); };
             const std::optional<PartsStatus> found = parts_status(output);
-            require_input(discard || found->done + found->failed == 0,
-                          "{}: holds {} {} made by another program version, from other inputs or with other options; "
-                          "--force discards them",
-                          path_, found->done + found->failed, kind_.items);
+            require_input(
+                discard || found->done + found->failed == 0,
+                "{}: holds {} {} made by another version of the method, from other inputs or with other options; "
+                "--force discards them",
+                path_, found->done + found->failed, kind_.items);
             if (const int count = remove_files(path_, is_part)) {
-                log_info("{} {} of another program version, other inputs or options were discarded", count,
+                log_info("{} {} of another version of the method, other inputs or options were discarded", count,
                          kind_.items);
             }
         }

@@ -40,10 +40,11 @@ bool holds_samples(const std::string& output, const std::string& key, const std:
 {
     if (!std::filesystem::exists(output)) return false;
     const DeformationSet set = open_deformations(output);
-    require_input(set.attribute(sample_key_attribute) == key,
-                  "{}: was made by another program version, from other inputs or with other options; --force replaces "
-                  "it",
-                  output);
+    require_input(
+        set.attribute(sample_key_attribute) == key,
+        "{}: was made by another version of the method, from other inputs or with other options; --force replaces "
+        "it",
+        output);
     std::set<SampleKey> stored;
     for (int i = 0; i < set.size(); ++i) stored.insert(set.key(i));
     for (const FailedSample& failure : set.failures) stored.insert({failure.split, failure.pair});

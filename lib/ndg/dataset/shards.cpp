@@ -95,7 +95,7 @@ OpenShards open_shards(const std::string& dataset, const Splits& splits)
         const DeformationSet &first = shards.sets.front(), &last = shards.sets.back();
         require_input(last.num_volume_vertices == first.num_volume_vertices &&
                           last.attribute(sample_key_attribute) == first.attribute(sample_key_attribute),
-                      "{}: was made by another program version, from other inputs or with other options than {}",
+                      "{}: was made by another version of the method, from other inputs or with other options than {}",
                       shards.paths.back(), shards.paths.front());
     }
     return shards;

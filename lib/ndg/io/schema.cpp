@@ -130,6 +130,7 @@ const std::vector<Schema>& schemas()
           {"/deformations/stop_reasons", "n", "text", optional},
           {"/statistics/<name>", "n", "float64", optional},
           {"/failures/pairs", "n_failed x 2", "int32", optional},
+          {"/failures/frames", "n_failed", "int32", optional},
           {"/failures/splits", "n_failed", "text", optional},
           {"/failures/reasons", "n_failed", "text", optional}}},
 
