@@ -16,7 +16,7 @@ namespace ndg {
 ///   forces(): a tuple of LaneVectors, d energy / d corners in parts whose absolute values count each by itself;
 ///   hessian(blocks): d^2 energy / d corners^2;
 ///   semidefinite_hessian(kind, blocks): the same projected, or Gauss-Newton's;
-///   stability(): how far hessian()'s smallest eigenvalue is from zero as a share of the element's stiffness.
+///   stability(): a lower bound of hessian()'s smallest eigenvalue, as a share of the element's stiffness.
 template <class Kernel>
 class LaneTerm : public EnergyTerm {
 public:
