@@ -75,13 +75,8 @@ void check_config_refused(const std::string& content, const std::string& message
 TEST_CASE("command line beats config file, config file beats default")
 {
     const TemporaryFolder folder;
-<<<<<<< ours
     write_file(folder.file("c.json"),
                R"({"description": "both", "seed": 7, "train-ndg": {"epochs": 3}, "propose-joint-map": {},
-=======
-    write_file(folder.file("c.json"), R"({"description": "both", "seed": 7, "train-ndg": {"epochs": 3},
-        "propose-joint-map": {},
->>>>>>> theirs
         "make-template": {"target_edge_length": 0.02, "num_bodies": 9, "layer_widths": [1, 2, 3], "smooth": false}})");
     Example example;
     const ToolRun result = example.run({"--config", folder.file("c.json"), "--num-bodies", "11"});
