@@ -8,6 +8,7 @@
 #include <Eigen/SVD>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <string>
 #include <vector>
@@ -77,14 +78,57 @@ Points bone_axes(const Skeleton& skeleton, const Eigen::Ref<const Points>& joint
     return axes;
 }
 
-Points blended(const std::vector<Eigen::Affine3d>& transforms, const Eigen::Ref<const RowMatrix>& weights,
-               const Eigen::Ref<const Points>& points)
+/// What hangs on a joint of the trunk or on a clavicle, carried: by the trunk's map, and from the sternal end of the
+/// clavicle to the shoulder more and more with the shoulder's joint.
+class TrunkCarrier {
+public:
+    TrunkCarrier(const Template& body_template, const Eigen::Ref<const Points>& joint_positions, const TrunkMap& trunk)
+        : trunk_(trunk), kinds_(body_template.skeleton.num_joints(), Kind::limb)
+    {
+        const Skeleton& skeleton = body_template.skeleton;
+        const Points& from = body_template.rest.joint_positions;
+        for (int j = 0; j < skeleton.num_joints(); ++j) {
+            const std::string& name = skeleton.joint_names[j];
+            const bool axial = name == "pelvis" || name.rfind("spine_", 0) == 0 || name.rfind("neck_", 0) == 0;
+            if (axial) kinds_[j] = Kind::trunk;
+            if (name == "left_clavicle" || name == "right_clavicle") kinds_[j] = Kind::shoulder;
+        }
+        for (int side = 0; side < 2; ++side) {
+            const int shoulder = skeleton.joint(side == 0 ? "left_upper_arm" : "right_upper_arm");
+            const int clavicle = skeleton.joint(side == 0 ? "left_clavicle" : "right_clavicle");
+            shoulder_moves_[side] = joint_positions.row(shoulder).transpose() - trunk_(from.row(shoulder).transpose());
+            begin_ = std::abs(from(clavicle, 0));
+            end_ = std::abs(from(shoulder, 0));
+        }
+    }
+
+    bool carries(Eigen::Index joint) const { return kinds_[joint] != Kind::limb; }
+    Eigen::Vector3d operator()(Eigen::Index joint, const Eigen::Vector3d& point) const
+    {
+        const Eigen::Vector3d carried = trunk_(point);
+        if (kinds_[joint] == Kind::trunk) return carried;
+        const double t = std::clamp((std::abs(point[0]) - begin_) / (end_ - begin_), 0.0, 1.0);
+        return carried + t * t * (3.0 - 2.0 * t) * shoulder_moves_[point[0] > 0.0 ? 0 : 1];
+    }
+
+private:
+    enum class Kind { limb, trunk, shoulder };
+    const TrunkMap& trunk_;
+    std::vector<Kind> kinds_;
+    std::array<Eigen::Vector3d, 2> shoulder_moves_;  ///< left, right
+    double begin_ = 0.0, end_ = 1.0;                 ///< m from the midline in the template
+};
+
+Points blended(const std::vector<Eigen::Affine3d>& transforms, const TrunkCarrier& trunk,
+               const Eigen::Ref<const RowMatrix>& weights, const Eigen::Ref<const Points>& points)
 {
     Points carried = Points::Zero(points.rows(), 3);
     for (Eigen::Index w = 0; w < carried.rows(); ++w)
-        for (Eigen::Index j = 0; j < weights.cols(); ++j)
-            if (weights(w, j) > 0.0)
-                carried.row(w) += weights(w, j) * (transforms[j] * points.row(w).transpose()).transpose();
+        for (Eigen::Index j = 0; j < weights.cols(); ++j) {
+            if (weights(w, j) <= 0.0) continue;
+            const Eigen::Vector3d point = points.row(w).transpose();
+            carried.row(w) += weights(w, j) * (trunk.carries(j) ? trunk(j, point) : transforms[j] * point).transpose();
+        }
     return carried;
 }
 
@@ -127,11 +171,12 @@ Eigen::VectorXd breadths(const Skeleton& skeleton, const Eigen::Ref<const RowMat
 
 Points carried_bone_wrap(const Template& body_template, const Eigen::Ref<const RowMatrix>& weights,
                          const Eigen::Ref<const Points>& skin_wrap, const Eigen::Ref<const Points>& joint_positions,
-                         double scale)
+                         double scale, const TrunkMap& trunk_map)
 {
     const Points bone_wrap = body_template.rest.volume_vertices.topRows(body_template.num_wrap_vertices());
     std::vector<Eigen::Affine3d> transforms = bone_similarities(body_template, joint_positions, scale);
-    const Points carried = blended(transforms, weights, bone_wrap);
+    const TrunkCarrier trunk(body_template, joint_positions, trunk_map);
+    const Points carried = blended(transforms, trunk, weights, bone_wrap);
     const Points axes = bone_axes(body_template.skeleton, joint_positions);
     const Eigen::VectorXd breadth =
         breadths(body_template.skeleton, weights, carried, skin_wrap, joint_positions, axes);
@@ -141,7 +186,7 @@ Points carried_bone_wrap(const Template& body_template, const Eigen::Ref<const R
             breadth[j] * Eigen::Matrix3d::Identity() + (1.0 - breadth[j]) * axis * axis.transpose();
         transforms[j] = Eigen::Translation3d(joint) * shrink * Eigen::Translation3d(-joint) * transforms[j];
     }
-    return blended(transforms, weights, bone_wrap);
+    return blended(transforms, trunk, weights, bone_wrap);
 }
 
 void press_under_skin(const Eigen::Ref<const Points>& skin_wrap, const Eigen::Ref<const Triangles>& triangles,

@@ -16,10 +16,14 @@ namespace ndg {
 namespace {
 
 constexpr double min_muscle_factor = 0.05, max_muscle_factor = 8.0;  ///< muscle thickness against the template's
-constexpr double tissue_exponent = 0.5;                              ///< of muscle thickness against tissue thickness
-constexpr double min_tissue_thickness = 0.004;                       ///< m, of both layers together
-constexpr double min_layer_thickness = 0.0012;                       ///< m
-constexpr double min_layer_share = 0.08;                             ///< of either layer in both
+/// Of muscle thickness against tissue thickness: of muscles on bones, and of the abdomen with its viscera.
+constexpr double muscle_exponent = 0.5, visceral_exponent = 0.9;
+/// The muscle layer of the template's trunk holds viscera where it is thicker than this, m.
+constexpr double visceral_begin = 0.03, visceral_end = 0.06;
+constexpr double max_fat_share = 0.85;          ///< of muscle layer and fat layer together
+constexpr double min_tissue_thickness = 0.004;  ///< m, of both layers together
+constexpr double min_layer_thickness = 0.0012;  ///< m
+constexpr double min_layer_share = 0.08;        ///< of either layer in both
 constexpr int bisection_steps = 20;
 
 /// What is stored is single precision and must be valid there too.
@@ -33,7 +37,7 @@ std::string layers_key(const LayerFitOptions& options, const std::string& templa
 }
 
 LayerBuilder::LayerBuilder(const Template& body_template, const LayerFitOptions& options)
-    : template_(body_template), options_(options)
+    : template_(body_template), options_(options), placer_(body_template)
 {
     check_options(options);
     const int num_wrap = body_template.num_wrap_vertices();
@@ -52,23 +56,31 @@ LayerBuilder::LayerBuilder(const Template& body_template, const LayerFitOptions&
     muscle_prisms_ = body_template.prisms.topRows(body_template.fat_begin());
     fat_prisms_ = body_template.prisms.bottomRows(body_template.fat_begin());
     stature_ = stature(body_template.rest.skin_vertices);
+    tissue_exponents_.resize(num_wrap);
+    const auto trunk = on_trunk(weights_);
+    for (int w = 0; w < num_wrap; ++w) {
+        const double thickness = (muscle_.row(w) - bone_.row(w)).norm();
+        const double share = std::clamp((thickness - visceral_begin) / (visceral_end - visceral_begin), 0.0, 1.0);
+        tissue_exponents_[w] = muscle_exponent + (trunk[w] ? share : 0.0) * (visceral_exponent - muscle_exponent);
+    }
 }
 
-LayerSurfaces LayerBuilder::targets(const Skin& skin, double scale, LayerReport& report) const
+LayerSurfaces LayerBuilder::targets(const Skin& skin, double sex, double scale, LayerReport& report) const
 {
     const Eigen::Index num_wrap = bone_.rows();
     LayerSurfaces surfaces;
     surfaces.skin.resize(num_wrap, 3);
     for (Eigen::Index w = 0; w < num_wrap; ++w)
         surfaces.skin.row(w) = skin.skin_vertices.row(template_.wrap_to_skin[w]);
-    surfaces.bone = carried_bone_wrap(template_, weights_, surfaces.skin, skin.joint_positions, scale);
+    surfaces.bone = carried_bone_wrap(template_, weights_, surfaces.skin, skin.joint_positions, scale,
+                                      placer_.trunk_map(skin, sex));
     press_under_skin(surfaces.skin, template_.wrap_triangles, min_tissue_thickness, surfaces.bone);
     const Points offsets = surfaces.bone - surfaces.skin;
     const Eigen::VectorXd tissue = offsets.rowwise().norm();
     Eigen::VectorXd muscle(num_wrap);
     for (Eigen::Index w = 0; w < num_wrap; ++w) {
         const double usual = scale * (skin_.row(w) - bone_.row(w)).norm();
-        muscle[w] = scale * (muscle_.row(w) - bone_.row(w)).norm() * std::pow(tissue[w] / usual, tissue_exponent);
+        muscle[w] = scale * (muscle_.row(w) - bone_.row(w)).norm() * std::pow(tissue[w] / usual, tissue_exponents_[w]);
     }
     const auto muscle_wrap = [&](double factor) {
         Points result(num_wrap, 3);
@@ -81,9 +93,8 @@ LayerSurfaces LayerBuilder::targets(const Skin& skin, double scale, LayerReport&
     };
     Points volume(3 * num_wrap, 3);
     volume << surfaces.bone, muscle_wrap(1.0), surfaces.skin;
-    const double soft = 1e3 * prism_volumes(volume, template_.prisms).sum();
-    const BodyComposition& told = report.composition;
-    report.wanted_fat_litre = soft * told.subcutaneous_litre / (told.subcutaneous_litre + told.muscle_litre);
+    report.wanted_fat_litre = std::min(report.composition.subcutaneous_litre,
+                                       max_fat_share * 1e3 * prism_volumes(volume, template_.prisms).sum());
     double low = min_muscle_factor, high = max_muscle_factor;
     for (int step = 0; step < bisection_steps && high - low > 1e-3; ++step) {
         const double middle = 0.5 * (low + high);
@@ -118,14 +129,16 @@ Body LayerBuilder::build(const Skin& skin, const Person& person, LayerReport* re
     const double area = triangle_areas(skin_wrap, template_.wrap_triangles).sum();
     result.composition = body_composition(result.girths, result.stature_m, result.mass_kg, area, person);
 
-    const LayerSurfaces wanted = targets(skin, result.stature_m / stature_, result);
+    Skin placed = skin;
+    placed.joint_positions = placer_.joints(skin, person.sex);
+    const LayerSurfaces wanted = targets(placed, person.sex, result.stature_m / stature_, result);
     const LayerSurfaces layers = fit_layers(template_.wrap_triangles, wanted, options_, result.fit);
     const Eigen::RowVector3d place = layers.skin.row(template_.wrap_triangles(result.fit.worst_triangle, 0));
     require(result.fit.min_scaled_jacobian > least_scaled_jacobian,
             "body {}: no valid layers found: near ({:.3f}, {:.3f}, {:.3f}) m the smallest scaled Jacobian is {:.3g}",
             skin.name, place[0], place[1], place[2], result.fit.min_scaled_jacobian);
 
-    Body body{skin, {}, {}};
+    Body body{placed, {}, {}};
     body.volume_vertices.resize(3 * bone_.rows(), 3);
     body.volume_vertices << layers.bone, layers.muscle, layers.skin;
     for (Eigen::Index w = 0; w < bone_.rows(); ++w)
