@@ -13,7 +13,8 @@
 namespace ndg {
 namespace {
 
-constexpr double tip_thickness = 0.004;  ///< m of a process that its tip is the mean of
+constexpr double process_half_width = 0.012;  ///< m from a vertebra's midline
+constexpr double body_share = 0.4;            ///< of a vertebra's vertices, the foremost ones: its body
 constexpr double section_step = 0.01;
 
 std::string lower(std::string text)
@@ -30,22 +31,6 @@ std::vector<std::string> vertebrae_from_c7()
     for (const char* ordinal : ordinals) names.push_back(std::string(ordinal) + " thoracic vertebra");
     for (int k = 0; k < 5; ++k) names.push_back(std::string(ordinals[k]) + " lumbar vertebra");
     return names;
-}
-
-Eigen::RowVector3d rearmost(const Points& vertices)
-{
-    const double limit = vertices.col(2).minCoeff() + tip_thickness;
-    Eigen::RowVector3d sum = Eigen::RowVector3d::Zero();
-    double count = 0;
-    for (Eigen::Index v = 0; v < vertices.rows(); ++v) {
-        if (vertices(v, 2) > limit) continue;
-        sum += vertices.row(v);
-        count += 1;
-    }
-    // Its depth is that of the tip itself.
-    Eigen::RowVector3d tip = sum / count;
-    tip[2] = limit - tip_thickness;
-    return tip;
 }
 
 /// Calls `visit` with the height and the section of all `parts` together, every section_step between their ends.
@@ -74,6 +59,31 @@ double interpolate(const std::vector<double>& knots, const std::vector<double>& 
     const auto next = static_cast<std::size_t>(std::upper_bound(knots.begin(), knots.end(), x) - knots.begin());
     const double share = (x - knots[next - 1]) / (knots[next] - knots[next - 1]);
     return (1.0 - share) * values[next - 1] + share * values[next];
+}
+
+Eigen::Vector3d spinous_tip(const Eigen::Ref<const Points>& vertebra)
+{
+    std::vector<double> depths(vertebra.rows());
+    for (Eigen::Index v = 0; v < vertebra.rows(); ++v) depths[v] = vertebra(v, 2);
+    const auto limit = depths.begin() + static_cast<std::ptrdiff_t>((1.0 - body_share) * double(depths.size()));
+    std::nth_element(depths.begin(), limit, depths.end());
+    Eigen::RowVector3d body = Eigen::RowVector3d::Zero();
+    double count = 0.0;
+    for (Eigen::Index v = 0; v < vertebra.rows(); ++v) {
+        if (vertebra(v, 2) < *limit) continue;
+        body += vertebra.row(v);
+        count += 1.0;
+    }
+    body /= count;
+    Eigen::Index tip = 0;
+    double farthest = -1.0;
+    for (Eigen::Index v = 0; v < vertebra.rows(); ++v) {
+        const Eigen::RowVector3d arm = vertebra.row(v) - body;
+        if (arm[2] > 0.0 || std::abs(arm[0]) > process_half_width || arm.norm() <= farthest) continue;
+        farthest = arm.norm();
+        tip = v;
+    }
+    return vertebra.row(tip).transpose();
 }
 
 double TrunkBones::spinous_z(double height) const
@@ -114,7 +124,7 @@ TrunkBones trunk_bones(const std::vector<AnatomyMesh>& parts)
         const std::string name = lower(part.name);
         const auto level = std::find(vertebrae.begin(), vertebrae.end(), name) - vertebrae.begin();
         if (level < static_cast<std::ptrdiff_t>(vertebrae.size())) {
-            bones.spinous_tips.row(level) = rearmost(part.vertices);
+            bones.spinous_tips.row(level) = spinous_tip(part.vertices).transpose();
             found[level] = 1;
         }
         if (name == "manubrium" || name == "body of sternum" || name == "sternum") sternum.push_back(&part);
@@ -136,6 +146,7 @@ TrunkBones trunk_bones(const std::vector<AnatomyMesh>& parts)
         bones.rib_heights.push_back(y);
         bones.rib_half_breadths.push_back(section.half_width);
     });
+    bones.pelvis_top = hips.front()->vertices.col(1).maxCoeff();
     sections(hips, 1.0, [&](double y, const Section& section) {
         if (section.half_width <= bones.crest_half_breadth) return;
         bones.crest_height = y;

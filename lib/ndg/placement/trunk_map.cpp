@@ -6,6 +6,8 @@
 #include "ndg/core/error.h"
 #include "ndg/placement/skin_section.h"
 
+#include <Eigen/Cholesky>
+
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -35,9 +37,15 @@ BonyTrunk bony_trunk(const TrunkTarget& target)
 }
 
 /// How far the skin may draw the cage away from that, and its thoracic index (depth over breadth), about 0.69.
-constexpr double cage_spread = 0.12, least_index = 0.63, greatest_index = 0.76;
-/// Skin outside of the crests, m, and the share of the skin's say in the breadth of the pelvis.
-constexpr double least_crest_cover = 0.010, skin_share = 0.4;
+constexpr double cage_spread = 0.12, least_index = 0.65, greatest_index = 0.72;
+/// Top of the iliac crest above the hip joint, over stature: six tenths of a hip bone of 0.123 of the stature.
+constexpr double crest_rise = 0.0735;
+/// Of the source's curves of the spine against the skin's, and how far they may draw a vertebra from its depth, m.
+constexpr double curve_weight = 60.0, most_deviation = 0.006;
+/// Skin outside of breastbone and ribs, and outside of the crests, m.
+constexpr double least_cover = 0.006, least_crest_cover = 0.010;
+/// The skin's say in the breadth of the pelvis.
+constexpr double skin_share = 0.4;
 
 void smooth(std::vector<double>& values, int steps)
 {
@@ -71,6 +79,23 @@ double monotone(const std::vector<double>& knots, const std::vector<double>& val
            t * t * (3 - 2 * t) * values[k + 1] + t * t * (t - 1) * length * slope(k + 1);
 }
 
+/// Offsets near the wanted ones with second differences near zero, so that the spine keeps the source's curves:
+/// least squares, then within most_deviation of the wanted.
+std::vector<double> like_the_source(const std::vector<double>& wanted)
+{
+    const auto count = static_cast<Eigen::Index>(wanted.size());
+    const Eigen::Map<const Eigen::VectorXd> offsets(wanted.data(), count);
+    Eigen::MatrixXd bend = Eigen::MatrixXd::Zero(count - 2, count);
+    for (Eigen::Index i = 0; i + 2 < count; ++i) bend.row(i).segment<3>(i) << 1.0, -2.0, 1.0;
+    const Eigen::MatrixXd system = Eigen::MatrixXd::Identity(count, count) + curve_weight * bend.transpose() * bend;
+    const Eigen::VectorXd smooth_offsets = system.llt().solve(offsets);
+    std::vector<double> result(wanted.size());
+    for (std::size_t i = 0; i < result.size(); ++i)
+        result[i] =
+            wanted[i] + std::clamp(smooth_offsets[Eigen::Index(i)] - wanted[i], -most_deviation, most_deviation);
+    return result;
+}
+
 double mean_of_sides(const Eigen::Ref<const Points>& joints, const std::string& joint, int coordinate)
 {
     const Skeleton& skeleton = standard_skeleton();
@@ -102,21 +127,23 @@ std::vector<char> on_trunk(const Eigen::Ref<const RowMatrix>& weights)
 
 TrunkMap::TrunkMap(const TrunkBones& bones, const Eigen::Ref<const Points>& source_joints, const TrunkTarget& target)
 {
-    fit_heights(source_joints, target);
+    fit_heights(bones, source_joints, target);
     fit_breadths(bones, target);
     fit_depths(bones, source_joints, target);
 }
 
-void TrunkMap::fit_heights(const Eigen::Ref<const Points>& source_joints, const TrunkTarget& target)
+void TrunkMap::fit_heights(const TrunkBones& bones, const Eigen::Ref<const Points>& source_joints,
+                           const TrunkTarget& target)
 {
     const int head = standard_skeleton().joint("head");
-    height_knots_ = {mean_of_sides(source_joints, "thigh", 1), mean_of_sides(source_joints, "clavicle", 1),
-                     source_joints(head, 1)};
-    height_values_ = {mean_of_sides(target.joints, "thigh", 1), mean_of_sides(target.joints, "clavicle", 1),
+    const double target_hip = mean_of_sides(target.joints, "thigh", 1);
+    height_knots_ = {mean_of_sides(source_joints, "thigh", 1), bones.pelvis_top,
+                     mean_of_sides(source_joints, "clavicle", 1), source_joints(head, 1)};
+    height_values_ = {target_hip, target_hip + crest_rise * target.stature, mean_of_sides(target.joints, "clavicle", 1),
                       target.joints(head, 1)};
-    for (int k = 0; k < 2; ++k)
+    for (int k = 0; k < 3; ++k)
         require(height_knots_[k + 1] > height_knots_[k] && height_values_[k + 1] > height_values_[k],
-                "hips, clavicles and head do not lie above each other");
+                "hips, crests, clavicles and head do not lie above each other");
     stature_scale_ = (height_values_.back() - height_values_.front()) / (height_knots_.back() - height_knots_.front());
 }
 
@@ -129,29 +156,33 @@ void TrunkMap::fit_breadths(const TrunkBones& bones, const TrunkTarget& target)
 {
     const BonyTrunk usual = bony_trunk(target);
     // Breastbone to back as the skin has it in the mean over the breastbone, against the source's.
-    double by_skin = 0.0;
+    double by_skin = 0.0, most_depth = 1e3;
     for (std::size_t i = 0; i < bones.sternum_heights.size(); ++i) {
         const double y = bones.sternum_heights[i];
         const Section section = trunk_section(target, height(y), midline_half_width);
         const double room = section.front - section.back - sternum_depth(target.bmi) - spinous_depth(4.0, target.bmi);
-        by_skin += room / (bones.sternum_fronts[i] - bones.spinous_z(y));
+        const double depth = bones.sternum_fronts[i] - bones.spinous_z(y);
+        by_skin += room / depth;
+        most_depth = std::min(most_depth, (room + sternum_depth(target.bmi) - least_cover) / depth);
     }
     const double usual_scale = usual.cage_depth / bones.cage_depth();
-    const double depth_scale = std::clamp(by_skin / static_cast<double>(bones.sternum_heights.size()),
-                                          (1.0 - cage_spread) * usual_scale, (1.0 + cage_spread) * usual_scale);
+    const double depth_scale =
+        std::min(most_depth, std::clamp(by_skin / static_cast<double>(bones.sternum_heights.size()),
+                                        (1.0 - cage_spread) * usual_scale, (1.0 + cage_spread) * usual_scale));
     const double depth = depth_scale * bones.cage_depth();
     // Breadth where the cage is broadest, below the armpits.
-    double skin_breadth = 0.0, count = 0.0;
+    double skin_breadth = 0.0, count = 0.0, most_breadth = 1e3;
     const double armpit = 0.5 * (bones.sternum_heights.front() + bones.sternum_heights.back());
     for (std::size_t i = 0; i < bones.rib_heights.size(); ++i) {
         if (bones.rib_heights[i] > armpit || 2.0 * bones.rib_half_breadths[i] < 0.95 * bones.cage_breadth()) continue;
         const Section section = trunk_section(target, height(bones.rib_heights[i]), 1.0);
         skin_breadth += 2.0 * (section.half_width - rib_side_depth(target.bmi));
+        most_breadth = std::min(most_breadth, 2.0 * (section.half_width - least_cover));
         count += 1.0;
     }
     double breadth = count > 0.0 ? skin_breadth / count : usual.cage_breadth;
     breadth = std::clamp(breadth, (1.0 - cage_spread) * usual.cage_breadth, (1.0 + cage_spread) * usual.cage_breadth);
-    breadth = std::clamp(breadth, depth / greatest_index, depth / least_index);
+    breadth = std::min(most_breadth, std::clamp(breadth, depth / greatest_index, depth / least_index));
     const double cage_scale = breadth / bones.cage_breadth();
 
     const Section crest = trunk_section(target, height(bones.crest_height), 1.0);
@@ -161,7 +192,7 @@ void TrunkMap::fit_breadths(const TrunkBones& bones, const TrunkTarget& target)
     half_pelvis = std::min(half_pelvis, crest.half_width - least_crest_cover);
     const double pelvis_scale = half_pelvis / bones.crest_half_breadth;
 
-    const double hip = height_knots_.front(), collar = height_knots_[1], head = height_knots_[2];
+    const double hip = height_knots_.front(), collar = height_knots_[2], head = height_knots_[3];
     const double cage_end =
         bones.rib_heights.front() + 0.25 * (bones.sternum_heights.front() - bones.rib_heights.front());
     for (double y = hip - 0.12; y <= head + section_step; y += section_step) {
@@ -191,8 +222,7 @@ void TrunkMap::fit_depths(const TrunkBones& bones, const Eigen::Ref<const Points
         offsets.push_back(back + spinous_depth(static_cast<double>(level), target.bmi) -
                           interpolate(section_heights_, scale_z_, y) * bones.spinous_tips(level, 2));
     }
-    // Neighbouring vertebrae move alike.
-    smooth(offsets, 1);
+    offsets = like_the_source(offsets);
     const int head = standard_skeleton().joint("head");
     heights.push_back(std::max(source_joints(head, 1), heights.back() + section_step));
     offsets.push_back(target.joints(head, 2) -

@@ -21,9 +21,11 @@ struct TrunkTarget {
 std::vector<char> on_trunk(const Eigen::Ref<const RowMatrix>& weights);
 
 /// x -> (scale_x(y) x, height(y), scale_z(y) z + offset_z(y)), with coefficients smooth in the height y of the source:
-///   height  hips, clavicles and head come to the heights of the target's joints
+///   height  hips, clavicles and head come to the heights of the target's joints; the crests lie as far above the hips
+///           as in people of that stature
 ///   back    the spinous processes C7 to L5 come to lie as deep under the midline of the back as in people of the
-///           target's body mass index (spinous_depth)
+///           target's body mass index (spinous_depth), less what keeps the curves of the spine like the source's:
+///           6 mm at most
 ///   front   the breastbone comes to lie under the skin by sternum_depth, and the sides of the rib cage by
 ///           rib_side_depth, as far as depth and breadth of the cage stay near those of people of that stature, sex and
 ///           body mass index; where the skin asks for more, the fat is thicker
@@ -36,7 +38,7 @@ public:
     Eigen::Vector3d operator()(const Eigen::Vector3d& source) const;
 
 private:
-    void fit_heights(const Eigen::Ref<const Points>& source_joints, const TrunkTarget& target);
+    void fit_heights(const TrunkBones& bones, const Eigen::Ref<const Points>& source_joints, const TrunkTarget& target);
     void fit_breadths(const TrunkBones& bones, const TrunkTarget& target);
     void fit_depths(const TrunkBones& bones, const Eigen::Ref<const Points>& source_joints, const TrunkTarget& target);
     double height(double source_height) const;
