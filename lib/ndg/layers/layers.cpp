@@ -15,14 +15,17 @@ namespace ndg {
 
 namespace {
 
-constexpr double min_muscle_factor = 0.6, max_muscle_factor = 8.0;  ///< muscle thickness against the template's
+constexpr double min_muscle_factor = 0.4, max_muscle_factor = 8.0;  ///< muscle thickness against the template's
 constexpr double tissue_exponent = 0.5;                             ///< of muscle thickness against tissue thickness
 /// The muscle layer of the template's trunk holds viscera where it is thicker than this, m.
 constexpr double visceral_begin = 0.03, visceral_end = 0.06;
+constexpr int visceral_smoothing = 6;
 /// Fat in front of viscera over the mean fat under the skin: of all sites the abdomen's skinfold is the largest, and
 /// grows fastest (anthropometry of adults, e.g. Durnin and Womersley 1974).
 constexpr double abdominal_fat = 1.6, max_abdominal_fat = 12.0;
-constexpr double max_fat_share = 0.85;          ///< of muscle layer and fat layer together
+/// What the layers hold besides fat: four fifths of the skeletal muscle (the rest is between ribs, at the spine, in
+/// head, hands and feet) and the viscera below the ribs, litres at 1.70 m. Fat has at least this share of what remains.
+constexpr double soft_muscle_share = 0.8, abdominal_viscera = 4.0, stature_of_viscera = 1.70, least_fat_share = 0.1;
 constexpr double min_tissue_thickness = 0.004;  ///< m, of both layers together
 constexpr double min_layer_thickness = 0.0012;  ///< m
 constexpr double min_layer_share = 0.08;        ///< of either layer in both
@@ -30,6 +33,34 @@ constexpr int bisection_steps = 20;
 
 /// What is stored is single precision and must be valid there too.
 constexpr double least_scaled_jacobian = 0.01;
+
+/// How far the muscle layer at each wrap vertex is viscera: in front of the spine, above the hips, where it is thick.
+Eigen::VectorXd visceral_shares(const Template& body_template, const std::vector<char>& trunk,
+                                const Eigen::VectorXd& thickness)
+{
+    const Points& joints = body_template.rest.joint_positions;
+    const Eigen::RowVector3d hip = joints.row(body_template.skeleton.joint("left_thigh"));
+    const auto ramp = [](double x, double begin, double end) {
+        return std::clamp((x - begin) / (end - begin), 0.0, 1.0);
+    };
+    Eigen::VectorXd shares(thickness.size());
+    for (Eigen::Index w = 0; w < shares.size(); ++w) {
+        const Eigen::RowVector3d skin = body_template.rest.skin_vertices.row(body_template.wrap_to_skin[w]);
+        shares[w] = trunk[w] ? ramp(thickness[w], visceral_begin, visceral_end) * ramp(skin[2] - hip[2], 0.0, 0.06) *
+                                   ramp(skin[1] - hip[1], 0.0, 0.06)
+                             : 0.0;
+    }
+    const auto neighbours = vertex_neighbours(body_template.wrap_triangles, static_cast<int>(shares.size()));
+    for (int step = 0; step < visceral_smoothing; ++step) {
+        const Eigen::VectorXd old = shares;
+        for (Eigen::Index w = 0; w < shares.size(); ++w) {
+            double sum = 0.0;
+            for (const int n : neighbours[w]) sum += old[n];
+            shares[w] = 0.5 * old[w] + 0.5 * sum / static_cast<double>(neighbours[w].size());
+        }
+    }
+    return shares;
+}
 
 }  // namespace
 
@@ -59,13 +90,7 @@ LayerBuilder::LayerBuilder(const Template& body_template, const LayerFitOptions&
     muscle_prisms_ = body_template.prisms.topRows(body_template.fat_begin());
     fat_prisms_ = body_template.prisms.bottomRows(body_template.fat_begin());
     stature_ = stature(body_template.rest.skin_vertices);
-    visceral_.resize(num_wrap);
-    const auto trunk = on_trunk(weights_);
-    for (int w = 0; w < num_wrap; ++w) {
-        const double thickness = (muscle_.row(w) - bone_.row(w)).norm();
-        const double share = std::clamp((thickness - visceral_begin) / (visceral_end - visceral_begin), 0.0, 1.0);
-        visceral_[w] = trunk[w] ? share : 0.0;
-    }
+    visceral_ = visceral_shares(body_template, on_trunk(weights_), (muscle_ - bone_).rowwise().norm());
 }
 
 LayerSurfaces LayerBuilder::targets(const Skin& skin, double sex, double scale, LayerReport& report) const
@@ -98,8 +123,11 @@ LayerSurfaces LayerBuilder::targets(const Skin& skin, double sex, double scale, 
     };
     Points volume(3 * num_wrap, 3);
     volume << surfaces.bone, muscle_wrap(1.0, abdominal_fat), surfaces.skin;
-    report.wanted_fat_litre = std::min(report.composition.subcutaneous_litre,
-                                       max_fat_share * 1e3 * prism_volumes(volume, template_.prisms).sum());
+    const double lean_litre = soft_muscle_share * report.composition.muscle_litre +
+                              abdominal_viscera * std::pow(report.stature_m / stature_of_viscera, 3);
+    const double soft_litre = 1e3 * prism_volumes(volume, template_.prisms).sum();
+    report.wanted_fat_litre = std::clamp(report.composition.subcutaneous_litre, 0.0,
+                                         std::max(soft_litre - lean_litre, least_fat_share * soft_litre));
     const auto fat_litre = [&](const Points& muscle_surface) {
         volume.middleRows(num_wrap, num_wrap) = muscle_surface;
         return 1e3 * prism_volumes(volume, fat_prisms_).sum();

@@ -41,8 +41,8 @@ public:
     /// with fat. The fat layer holds the adipose tissue under the skin that the girths tell (body_composition). Muscle
     /// has the template's thickness times the root of how much more tissue there is than in the template, times one
     /// factor; where viscera fill the muscle layer, in the abdomen, the fat is 1.6 times the mean fat instead, and
-    /// more where muscles would else be thinner than six tenths. Throws InputError for a skin that does not fit the template, Error naming the body and the worst place
-    /// when a prism stays invalid.
+    /// more where muscles would else be thinner than four tenths. Throws InputError for a skin that does not fit the
+    /// template, Error naming the body and the worst place when a prism stays invalid.
     Body build(const Skin& skin, const Person& person, LayerReport* report = nullptr) const;
 
     const Template& body_template() const { return template_; }
@@ -53,9 +53,9 @@ private:
     const Template& template_;
     LayerFitOptions options_;
     std::optional<SkeletonPlacer> placer_;  ///< empty for a template without bones
-    RowMatrix weights_;            ///< N_w x J, dense
-    Points bone_, muscle_, skin_;  ///< the template's wraps
-    Eigen::VectorXd visceral_;     ///< N_w, how far the muscle layer is viscera (0..1)
+    RowMatrix weights_;                     ///< N_w x J, dense
+    Points bone_, muscle_, skin_;           ///< the template's wraps
+    Eigen::VectorXd visceral_;              ///< N_w, how far the muscle layer is viscera (0..1)
     Prisms muscle_prisms_, fat_prisms_;
     double stature_ = 0;
 };
