@@ -159,6 +159,7 @@ int main(int argc, char** argv)
     int count = 3, num_frames = 1;
     PictureSettings settings;
     ContactSheetSettings sheet;
+    SectionChoice section;
     int height = 0;
     tool.input("template", template_path, "Template");
     tool.input("bodies", bodies_path, "Layered bodies");
@@ -180,12 +181,17 @@ int main(int argc, char** argv)
     tool.parameter("surface", surface, "What --mesh holds",
                    {"all", "skin", "muscle_wrap", "bone_wrap", "bones", "muscles"});
     tool.parameter("picture-kind", kind, "What the picture shows",
-                   {"body", "layers", "cut", "frames", "bodies", "poses"});
+                   {"body", "layers", "cut", "section", "frames", "bodies", "poses"});
+    tool.parameter("plane", section.kind, "Plane of the sections, for --picture-kind section");
+    tool.parameter("through", section.joint, "Joint the plane goes through; empty: pelvis, left_upper_arm or spine_4");
+    tool.parameter("offset", section.offset, "Metres from there to the left, forward or up", -2.0, 2.0);
     tool.parameter("view", settings.view, "Where the camera stands");
     tool.parameter("colour", colour, "Skin in plain colour or by volume change", {"plain", "volume"});
     tool.parameter("colour-range", settings.colour_range, "Volume change shown in full colour", 1e-3, 10.0);
     tool.parameter("split", split, "Split the frames are taken from", split_names);
-    tool.parameter("count", count, "Number of frames, bodies or poses shown", 1, 2000);
+    tool.parameter("count", count,
+                   "Number of frames, bodies or poses shown (section: 1 for the one of --body, more spread evenly)", 1,
+                   2000);
     tool.parameter("height", height, "Pixels of one body; 0: 1200, and 200 on a sheet of poses", 0, 8192);
     tool.parameter("supersampling", settings.samples_per_axis, "Rays along each side of a pixel", 1, 8);
 
@@ -223,6 +229,12 @@ int main(int argc, char** argv)
             if (kind == "body") write_png(picture_path, body_picture(body_template, body, geometry, settings));
             if (kind == "layers") write_png(picture_path, layers_picture(body_template, geometry, settings));
             if (kind == "cut") write_png(picture_path, sections_picture(body_template, body, settings));
+        }
+        if (kind == "section") {
+            select(asked, inputs);
+            const std::vector<int> shown =
+                count == 1 ? std::vector<int>{asked.body_idx} : spread_indices(int(bodies.bodies.size()), count);
+            write_png(picture_path, section_sheet(body_template, bodies, shown, section, settings));
         }
         if (kind == "frames")
             write_png(picture_path, frames_picture(poser, bodies, poses, files, split, count, settings));

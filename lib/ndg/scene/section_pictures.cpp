@@ -7,13 +7,14 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 namespace ndg {
 namespace {
 
 const Pixel paper_colour = {244, 245, 246};
 
-constexpr int label_height = 24, legend_height = 30, gap = 10;  // pixels
+constexpr int label_height = 24, legend_height = 30, legend_width = 960, gap = 10;  // pixels
 
 struct Level {
     std::string name;
@@ -122,7 +123,121 @@ Image legend(const std::vector<SceneSurface>& surfaces, int width)
     return image;
 }
 
+/// Axes of the three planes, as seen.
+SectionPlane plane_of(SectionKind kind)
+{
+    SectionPlane plane;
+    if (kind == SectionKind::sagittal) plane.right = Eigen::Vector3d::UnitZ();
+    if (kind == SectionKind::horizontal) plane.up = -Eigen::Vector3d::UnitZ();
+    return plane;
+}
+
+struct LabelledPlane {
+    std::string label;
+    SectionKind kind;
+    SectionPlane plane;
+};
+
+/// The planes of a body, from the top of its column down.
+std::vector<LabelledPlane> section_planes(const Skeleton& skeleton, const Body& body, const SectionChoice& choice)
+{
+    const auto through = [&](SectionKind kind, const std::string& joint, double offset) {
+        SectionPlane plane = plane_of(kind);
+        const std::string& name = choice.joint.empty() ? joint : choice.joint;
+        const auto& names = skeleton.joint_names;
+        require_input(std::find(names.begin(), names.end(), name) != names.end(), "there is no joint '{}'", name);
+        plane.origin = body.joint_positions.row(skeleton.joint(name)).transpose();
+        plane.origin[kind == SectionKind::sagittal ? 0 : kind == SectionKind::coronal ? 2 : 1] += offset;
+        return plane;
+    };
+    if (choice.kind == SectionKind::coronal)
+        return {{"coronal", choice.kind, through(choice.kind, "left_upper_arm", choice.offset)}};
+    if (choice.kind == SectionKind::horizontal)
+        return {{"horizontal", choice.kind, through(choice.kind, "spine_4", choice.offset)}};
+    std::vector<LabelledPlane> planes = {
+        {"sagittal", SectionKind::sagittal, through(SectionKind::sagittal, "pelvis", choice.offset)}};
+    if (choice.kind == SectionKind::sagittal) return planes;
+    for (const Level& level : section_levels(skeleton, body)) {
+        if (level.name == "upper arm" || level.name == "thigh") continue;
+        SectionPlane plane = plane_of(SectionKind::horizontal);
+        plane.origin = {0.0, level.height, 0.0};
+        planes.push_back({level.name, SectionKind::horizontal, plane});
+    }
+    return planes;
+}
+
+/// Half the breadth of the trunk about the height `y`: of the skin that hangs on the trunk's joints or the thighs'.
+double trunk_half_breadth(const Template& body_template, const Body& body, double y)
+{
+    constexpr double band = 0.03;
+    double half = 0.0;
+    for (Eigen::Index v = 0; v < body.skin_vertices.rows(); ++v) {
+        if (std::abs(body.skin_vertices(v, 1) - y) > band) continue;
+        int most = 0;
+        body_template.skin_weights.weights.row(v).maxCoeff(&most);
+        const std::string& joint = body_template.skeleton.joint_names[body_template.skin_weights.joints(v, most)];
+        if (joint == "pelvis" || joint.rfind("spine_", 0) == 0 || joint.find("_thigh") != std::string::npos ||
+            joint.find("_clavicle") != std::string::npos)
+            half = std::max(half, std::abs(body.skin_vertices(v, 0)));
+    }
+    return half;
+}
+
 }  // namespace
+
+Image section_sheet(const Template& body_template, const BodySet& bodies, const std::vector<int>& body_indices,
+                    const SectionChoice& choice, const PictureSettings& settings)
+{
+    require_input(!body_indices.empty(), "There is no body to show");
+    double tallest = 0.0;
+    for (const int b : body_indices) {
+        const auto heights = bodies.bodies[b].skin_vertices.col(1);
+        tallest = std::max(tallest, heights.maxCoeff() - heights.minCoeff());
+    }
+    const double scale = settings.height / tallest;
+    std::vector<std::vector<Image>> columns;
+    std::vector<SceneSurface> surfaces;
+    for (const int b : body_indices) {
+        const Body& body = bodies.bodies[b];
+        surfaces = section_surfaces(body_template, rest_geometry(body_template, body));
+        std::vector<Image> column;
+        for (const LabelledPlane& cut : section_planes(body_template.skeleton, body, choice)) {
+            Extent extent = section_extent(surfaces[0], cut.plane);
+            require_input(extent.low.x() < extent.high.x(), "the {} plane misses body {}", cut.label, body.name);
+            if (cut.kind == SectionKind::horizontal) {
+                const double half = trunk_half_breadth(body_template, body, cut.plane.origin.y()) + 0.01;
+                extent.low.x() = std::max(extent.low.x(), -half);
+                extent.high.x() = std::min(extent.high.x(), half);
+            }
+            const std::string label = column.empty() ? fmt::format("{} {}", body.name, cut.label) : cut.label;
+            column.push_back(draw(surfaces, cut.plane, extent, scale, label));
+        }
+        columns.push_back(std::move(column));
+    }
+    // Rows are as tall as their tallest image, columns as wide as their widest; images at the top of their cells.
+    std::vector<int> heights(columns.front().size(), 0), widths(columns.size(), 0);
+    for (std::size_t c = 0; c < columns.size(); ++c)
+        for (std::size_t r = 0; r < heights.size(); ++r) {
+            heights[r] = std::max(heights[r], columns[c][r].height);
+            widths[c] = std::max(widths[c], columns[c][r].width);
+        }
+    const int width = std::accumulate(widths.begin(), widths.end(), gap * (int(widths.size()) + 1)),
+              height = std::accumulate(heights.begin(), heights.end(), gap * (int(heights.size()) + 1));
+    const Image key = legend(surfaces, std::max(width, legend_width));
+    Image picture(key.width, height + legend_height, paper_colour);
+    int x = gap;
+    for (std::size_t c = 0; c < columns.size(); ++c) {
+        int y = gap;
+        for (std::size_t r = 0; r < heights.size(); ++r) {
+            const Image& image = columns[c][r];
+            paste(picture, image, x + (widths[c] - image.width) / 2, y);
+            y += heights[r] + gap;
+        }
+        x += widths[c] + gap;
+    }
+    paste(picture, key, 0, height);
+    return picture;
+}
 
 Image sections_picture(const Template& body_template, const Body& body, const PictureSettings& settings)
 {
