@@ -10,7 +10,6 @@
 
 #include <algorithm>
 #include <set>
-#include <type_traits>
 #include <utility>
 
 using namespace ndg;
@@ -76,20 +75,6 @@ void show_template(const std::string& path)
     show_measures(path, {measure_body(body_template, body_template.rest, Person())});
 }
 
-template <typename T>
-std::vector<MeasuredBody> measured(const PeopleOf<T>& people, const Template& body_template)
-{
-    std::vector<MeasuredBody> bodies;
-    for (std::size_t b = 0; b < people.bodies.size(); ++b) {
-        const Person person = person_of(people, static_cast<int>(b));
-        if constexpr (std::is_same_v<T, Body>)
-            bodies.push_back(measure_body(body_template, people.bodies[b], person));
-        else
-            bodies.push_back(measure_skin(body_template, people.bodies[b], person));
-    }
-    return bodies;
-}
-
 void show_mesh(const std::string& path)
 {
     const MeshFile mesh = read_mesh(path);
@@ -129,7 +114,7 @@ int main(int argc, char** argv)
         require_input(bodies || has_format(listing, "ndg-skins"),
                       "{}: --template is for measures of bodies and skins, which this file does not hold", path);
         const Template body_template = read_template(template_path);
-        show_measures(path, bodies ? measured(read_bodies(path, body_template), body_template)
-                                   : measured(read_skins(path, body_template), body_template));
+        show_measures(path, bodies ? measure_people(body_template, read_bodies(path, body_template))
+                                   : measure_people(body_template, read_skins(path, body_template)));
     });
 }

@@ -89,7 +89,7 @@ try:
         check(code == 0, command[0] + (text if code else ""))
 
     check_batch("build-layers", lambda output, *arguments: [
-        tool + "build-layers", "--template", template, "--skins", skins, "--output", output, *arguments],
+        tool + "build-layers", "--template", template, "--skins", skins, "--keep-outside", "--output", output, *arguments],
         ["--smoothness", "0.5"])
     check_batch("fit-body", lambda output, *arguments: [
         tool + "fit-body", "--template", template, "--scan", scans, "--rounds", "1", "--iterations", "4",

@@ -6,6 +6,7 @@
 
 #include <limits>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace ndg {
@@ -51,11 +52,14 @@ public:
     /// For comparison.
     void add_compared(const Row& row, double value, double low, double high);
     void add_gate(const Row& row, double value, double low, double high);
-    /// A gate of three standard deviations about the mean of the person's sex; of both sexes' together where the sex is
-    /// not known.
+    /// A gate at range().
     void add_gate(const Row& row, double value, const Spread& female, const Spread& male);
     /// The same range for comparison.
     void add_compared(const Row& row, double value, const Spread& female, const Spread& male);
+
+    /// Three standard deviations about the mean of the person's sex, so that of 370 people one is outside; of both
+    /// sexes' together where the sex is not known.
+    std::pair<double, double> range(const Spread& female, const Spread& male) const;
 
     const std::vector<BodyMeasure>& measures() const { return measures_; }
 

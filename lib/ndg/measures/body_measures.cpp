@@ -4,6 +4,7 @@
 #include "ndg/body/anatomy.h"
 #include "ndg/body_source/parametric_surface.h"
 #include "ndg/core/error.h"
+#include "ndg/core/parallel_for.h"
 #include "ndg/geometry/triangle_mesh.h"
 #include "ndg/measures/measure_report.h"
 #include "ndg/measures/measured_parts.h"
@@ -29,6 +30,27 @@ const Skin& checked(const Template& body_template, const Skin& skin)
 MeasuredBody measured(const MeasuredSkin& skin, const Person& person, const MeasureTable& table)
 {
     return {skin.skin.name, person, skin.stature_m, skin.bmi, table.measures()};
+}
+
+/// By the parameters "sex" and "age_years"; an unknown person without them.
+template <typename T>
+Person person_of(const PeopleOf<T>& people, int body_idx)
+{
+    Person person;
+    for (std::size_t k = 0; k < people.parameter_names.size(); ++k) {
+        if (people.parameter_names[k] == "sex") person.sex = people.parameters(body_idx, k);
+        if (people.parameter_names[k] == "age_years") person.age_years = people.parameters(body_idx, k);
+    }
+    return person;
+}
+
+template <typename T, typename Measure>
+std::vector<MeasuredBody> measure_all(const Template& body_template, const PeopleOf<T>& people, const Measure& measure)
+{
+    std::vector<MeasuredBody> measured(people.bodies.size());
+    parallel_for(static_cast<int>(measured.size()),
+                 [&](int b) { measured[b] = measure(body_template, people.bodies[b], person_of(people, b)); });
+    return measured;
 }
 
 }  // namespace
@@ -109,6 +131,16 @@ MeasuredBody measure_skin(const Template& body_template, const Skin& skin, const
     MeasureTable table(person);
     add_joint_measures(measured_skin, table);
     return measured(measured_skin, person, table);
+}
+
+std::vector<MeasuredBody> measure_people(const Template& body_template, const BodySet& bodies)
+{
+    return measure_all(body_template, bodies, measure_body);
+}
+
+std::vector<MeasuredBody> measure_people(const Template& body_template, const SkinSet& skins)
+{
+    return measure_all(body_template, skins, measure_skin);
 }
 
 std::vector<std::string> common_failures(const std::vector<MeasuredBody>& bodies)

@@ -27,17 +27,9 @@ MeasuredBody measure_body(const Template& body_template, const Body& body, const
 /// What joints and skin alone tell.
 MeasuredBody measure_skin(const Template& body_template, const Skin& skin, const Person& person);
 
-/// Body `body_idx` of a set by its parameters "sex" and "age_years"; an unknown person (Person()) without them.
-template <typename T>
-Person person_of(const PeopleOf<T>& people, int body_idx)
-{
-    Person person;
-    for (std::size_t k = 0; k < people.parameter_names.size(); ++k) {
-        if (people.parameter_names[k] == "sex") person.sex = people.parameters(body_idx, k);
-        if (people.parameter_names[k] == "age_years") person.age_years = people.parameters(body_idx, k);
-    }
-    return person;
-}
+/// All people of a set, in parallel; sex and age by their parameters "sex" and "age_years", where they have them.
+std::vector<MeasuredBody> measure_people(const Template& body_template, const BodySet& bodies);
+std::vector<MeasuredBody> measure_people(const Template& body_template, const SkinSet& skins);
 
 /// Gates over several bodies, each sentence one that does not hold: the mean distance of the hip joints from where
 /// pelvic landmarks put them (Harrington et al. 2007) is at most 12 mm.

@@ -22,8 +22,11 @@ void add_joint_measures(const MeasuredSkin& body, MeasureTable& table)
                body.stature_m;
     };
     const char* const over_stature = "over stature";
-    table.add_gate({"shoulder joints apart", over_stature, MeasureUnit::number, "0.18 to 0.22"},
-                   distance("left_upper_arm", "right_upper_arm") / body.stature_m, 0.18, 0.22);
+    // The joints lie below the acromia or nearer to the middle: biacromial breadth bounds them above.
+    MeasureTable::Row shoulders{"shoulder joints apart", over_stature, MeasureUnit::number,
+                                "people 0.18 to 0.22; below biacromial breadth, ANSUR II, Gordon 2014"};
+    table.add_gate(shoulders, distance("left_upper_arm", "right_upper_arm") / body.stature_m, 0.18,
+                   table.range({0.224, 0.010}, {0.237, 0.010}).second);
     table.add({"hip joints apart", over_stature}, distance("left_thigh", "right_thigh") / body.stature_m);
     table.add_gate({"hip joint, height", "over stature; against the trochanterion's", MeasureUnit::number,
                     "0.519 +- 0.014 F, 0.513 +- 0.015 M, ANSUR II, Gordon 2014"},

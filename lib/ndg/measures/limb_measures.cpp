@@ -68,21 +68,26 @@ double breadth_along(const Points& vertices, const Vec& across)
     return along.maxCoeff() - along.minCoeff();
 }
 
-/// Length of a long bone: between the vertices farthest apart; of the tibia without the eminence between its condyles,
-/// from the upper end's outer third to the malleolus.
-double length(const std::string& bone, const Points& vertices)
+/// Length of a tibia as Trotter took it, without the eminence between the condyles and without the malleolus (Jantz,
+/// Hunt and Meadows 1995, Journal of Forensic Sciences 40, 758-761): from the condyles, mean of inner and outer quarter
+/// of the upper end, to the outer half of the lower end. `lateral`: sign of x on the outer side.
+double tibia_length(const Points& vertices, double lateral)
 {
     const std::array<Vec, 2> ends = ends_of(vertices);
-    if (bone != "tibia") return (ends[0] - ends[1]).norm();
-    const Vec axis = (ends[0] - ends[1]).normalized();
-    const Points upper = between_shares(vertices, axis, 0.9, 1.0);
-    const double inner = between_shares(upper, Vec::UnitX(), 0.0, 0.25).rows() > 0
-                             ? (between_shares(upper, Vec::UnitX(), 0.0, 0.25) * axis).maxCoeff()
-                             : (upper * axis).maxCoeff();
-    const double outer = between_shares(upper, Vec::UnitX(), 0.75, 1.0).rows() > 0
-                             ? (between_shares(upper, Vec::UnitX(), 0.75, 1.0) * axis).maxCoeff()
-                             : (upper * axis).maxCoeff();
-    return 0.5 * (inner + outer) - (vertices * axis).minCoeff();
+    const Vec axis = (ends[0].y() > ends[1].y() ? ends[0] - ends[1] : ends[1] - ends[0]).normalized();
+    const Vec outward(lateral, 0.0, 0.0);
+    const Points upper = between_shares(vertices, axis, 0.9, 1.0), lower = between_shares(vertices, axis, 0.0, 0.1);
+    return 0.5 * ((between_shares(upper, outward, 0.0, 0.25) * axis).maxCoeff() +
+                  (between_shares(upper, outward, 0.75, 1.0) * axis).maxCoeff()) -
+           (between_shares(lower, outward, 0.5, 1.0) * axis).minCoeff();
+}
+
+/// Length of a long bone: between the vertices farthest apart, but for the tibia.
+double length(const std::string& bone, const Points& vertices, double lateral)
+{
+    if (bone == "tibia") return tibia_length(vertices, lateral);
+    const std::array<Vec, 2> ends = ends_of(vertices);
+    return (ends[0] - ends[1]).norm();
 }
 
 /// A measure of both sides: mean and relative difference.
@@ -107,10 +112,12 @@ void add_lengths(const MeasuredBones& body, MeasureTable& table)
     std::string worst_bone;
     for (const LongBone& bone : long_bones) {
         if (!has_pair(body, bone.name)) continue;
-        const Pair lengths = both(body, bone.name, [&](const Points& v, double) { return length(bone.name, v); });
-        table.add_gate({fmt::format("{}, length", bone.name), "greatest length (tibia: condyles to malleolus), mean",
-                        MeasureUnit::millimetre, "the stature it tells is the body's within 3 errors, Trotter 1952"},
-                       lengths.mean(), length_of(bone.female, body.stature_m), length_of(bone.male, body.stature_m));
+        const Pair lengths =
+            both(body, bone.name, [&](const Points& v, double lateral) { return length(bone.name, v, lateral); });
+        table.add_gate(
+            {fmt::format("{}, length", bone.name), "greatest length (tibia: without eminence and malleolus), mean",
+             MeasureUnit::millimetre, "the stature it tells is the body's within 3 errors, Trotter 1952"},
+            lengths.mean(), length_of(bone.female, body.stature_m), length_of(bone.male, body.stature_m));
         if (lengths.difference() < worst) continue;
         worst = lengths.difference();
         worst_bone = bone.name;
@@ -118,12 +125,13 @@ void add_lengths(const MeasuredBones& body, MeasureTable& table)
     if (!worst_bone.empty())
         table.add({"long bones, left to right", "greatest relative difference of their lengths"}, worst);
     if (!has_pair(body, "femur") || !has_pair(body, "tibia")) return;
-    const auto leg = [&](const std::string& side) {
-        return length("femur", body.bone(side + " femur")) + length("tibia", body.bone(side + " tibia"));
+    const auto leg = [&](const std::string& side, double lateral) {
+        return length("femur", body.bone(side + " femur"), lateral) +
+               length("tibia", body.bone(side + " tibia"), lateral);
     };
     table.add_gate({"legs, left to right", "difference of femur and tibia together", MeasureUnit::millimetre,
                     "5.2 +- 4.1, 573 adults, Knutson 2005"},
-                   std::abs(leg("left") - leg("right")), 0.0, 0.0052 + 3.0 * 0.0041);
+                   std::abs(leg("left", 1.0) - leg("right", -1.0)), 0.0, 0.0052 + 3.0 * 0.0041);
 }
 
 void add_breadths(const MeasuredBones& body, MeasureTable& table)
