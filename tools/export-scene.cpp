@@ -97,6 +97,13 @@ Eigen::VectorXf skin_volume_change(const Template& body_template, const Body& bo
     return values;
 }
 
+/// How many samples of the file, or poses, there are from `asked` on; 1 for a body at rest.
+int remaining_frames(const Selection& asked, const PoseSet& poses, const std::vector<DeformationSet>& files)
+{
+    if (asked.sample_idx >= 0) return std::max(1, (files.size() == 1 ? files[0].size() : 0) - asked.sample_idx);
+    return asked.pose_idx < 0 ? 1 : std::max(1, poses.size() - asked.pose_idx);
+}
+
 /// `num_frames` poses or samples from `asked` on. Keeps references to `settings` and `inputs`.
 MeshSequence mesh_sequence(const Selection& asked, int num_frames, const std::string& surface,
                            const PictureSettings& settings, const Inputs& inputs)
@@ -176,8 +183,8 @@ int main(int argc, char** argv)
     tool.parameter(
         "frames", num_frames,
         "Poses or samples from --pose or --sample on that --mesh holds; where each is a file, its name holds "
-        "the place of the number, out_{:04}.ply",
-        1, 1000000);
+        "the place of the number, out_{:04}.ply; 0: all",
+        0, 1000000);
     tool.parameter("surface", surface, "What --mesh holds",
                    {"all", "skin", "muscle_wrap", "bone_wrap", "bones", "muscles"});
     tool.parameter("picture-kind", kind, "What the picture shows",
@@ -197,10 +204,6 @@ int main(int argc, char** argv)
 
     return tool.run(argc, argv, [&] {
         require_input(!mesh_path.empty() || !picture_path.empty(), "Give --picture, --mesh or both");
-        if (!mesh_path.empty())
-            for (const std::string& file : exported_files(mesh_path, num_frames))
-                require_input(tool.force() || !std::filesystem::exists(file),
-                              "--mesh: {} exists already, give --force to overwrite it", file);
         sheet.view = settings.view;
         sheet.samples_per_axis = settings.samples_per_axis;
         if (height > 0) settings.height = sheet.cell_height = height;
@@ -212,6 +215,11 @@ int main(int argc, char** argv)
         std::vector<DeformationSet> files;
         for (const std::string& path : deformation_paths)
             files.push_back(open_deformations(path, body_template.num_volume_vertices()));
+        if (num_frames == 0) num_frames = remaining_frames(asked, poses, files);
+        if (!mesh_path.empty())
+            for (const std::string& file : exported_files(mesh_path, num_frames))
+                require_input(tool.force() || !std::filesystem::exists(file),
+                              "--mesh: {} exists already, give --force to overwrite it", file);
         const BodyPoser poser(body_template);
         const Inputs inputs{poser, bodies, poses, files};
         if (!mesh_path.empty()) {

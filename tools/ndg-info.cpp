@@ -52,9 +52,7 @@ bool has_format(const H5Listing& listing, const std::string& format)
 /// Prints the measures of bodies, and which of them are outside. Throws QualityError for those.
 void show_measures(const std::string& path, const std::vector<MeasuredBody>& bodies)
 {
-    fmt::print("measures\n");
-    for (const MeasuredBody& body : bodies) fmt::print("{}", body_report(body));
-    fmt::print("{}", statistics_report(bodies));
+    fmt::print("measures\n{}", measures_report(bodies));
     const std::string failures = failure_report(bodies);
     fmt::print("{}", failures.empty() ? "all bodies are inside the gates\n" : failures);
     const auto outside =

@@ -293,8 +293,9 @@ TEST_CASE("Ranges are those of a person's sex, of both where it is not known", "
     body.name = "x";
     body.measures = table.measures();
     CHECK(body.failures() == std::vector<std::string>{"b: 62.1 mm, allowed 4.4 to 28.4 mm"});
-    CHECK_THAT(body_report(body),
-               Contains("57.3 degrees") && Contains("OUTSIDE THE GATE") && Contains("outside, no gate"));
+    CHECK_THAT(body_report(body, false), Contains("57.3 degrees") && Contains("OUTSIDE THE GATE") &&
+                                             Contains("outside, no gate") && !Contains("how"));
+    CHECK_THAT(measures_report({body}), Contains("how; who") && !Contains("mean"));
     CHECK_THAT(statistics_report({body, body}), Contains("2 bodies") && Contains("2!  how; who"));
 }
 

@@ -49,17 +49,26 @@ std::string range_text(const BodyMeasure& measure)
     return number_text(measure.low, measure.unit) + " to " + measure_text(measure.high, measure.unit);
 }
 
-std::string body_report(const MeasuredBody& body)
+std::string measures_report(const std::vector<MeasuredBody>& bodies)
+{
+    std::string text;
+    for (const MeasuredBody& body : bodies) text += body_report(body, bodies.size() == 1);
+    return bodies.size() > 1 ? text + statistics_report(bodies) : text;
+}
+
+std::string body_report(const MeasuredBody& body, bool explained)
 {
     const char* sex = body.person.sex < 0.25 ? "woman" : body.person.sex > 0.75 ? "man" : "sex unknown";
     std::string text =
         fmt::format("body {}: {}, stature {:.3f} m, BMI {:.1f}\n", body.name, sex, body.stature_m, body.bmi);
-    for (const BodyMeasure& measure : body.measures)
-        text += fmt::format("  {:<44} {:>14}   {:<24}{}\n", measure.name, measure_text(measure.value, measure.unit),
-                            range_text(measure),
-                            !measure.outside() ? ""
-                            : measure.gate     ? " OUTSIDE THE GATE"
-                                               : " outside, no gate");
+    for (const BodyMeasure& measure : body.measures) {
+        const char* verdict = !measure.outside() ? "" : measure.gate ? "OUTSIDE THE GATE" : "outside, no gate";
+        text += fmt::format("  {:<40} {:>13}   {:<22} {:<16}", measure.name, measure_text(measure.value, measure.unit),
+                            range_text(measure), verdict);
+        if (explained)
+            text += fmt::format("  {}{}{}", measure.method, measure.source.empty() ? "" : "; ", measure.source);
+        text += "\n";
+    }
     return text;
 }
 

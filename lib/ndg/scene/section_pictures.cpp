@@ -7,14 +7,13 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 
 namespace ndg {
 namespace {
 
 const Pixel paper_colour = {244, 245, 246};
 
-constexpr int label_height = 24, legend_height = 30, legend_width = 960, gap = 10;  // pixels
+constexpr int label_height = 24, legend_height = 30, legend_width = 1060, gap = 10;  // pixels
 
 struct Level {
     std::string name;
@@ -183,6 +182,43 @@ double trunk_half_breadth(const Template& body_template, const Body& body, doubl
     return half;
 }
 
+/// One below the other, centred; `heights` of the cells, empty: of the images.
+Image stacked(const std::vector<Image>& images, const std::vector<int>& heights)
+{
+    const auto height = [&](std::size_t k) { return gap + (heights.empty() ? images[k].height : heights[k]); };
+    int width = 0, total = 0;
+    for (std::size_t k = 0; k < images.size(); ++k) {
+        width = std::max(width, images[k].width);
+        total += height(k);
+    }
+    Image column(width, total, paper_colour);
+    int y = 0;
+    for (std::size_t k = 0; k < images.size(); ++k) {
+        paste(column, images[k], (width - images[k].width) / 2, y);
+        y += height(k);
+    }
+    return column;
+}
+
+/// Columns with the legend of `surfaces` below.
+Image side_by_side(const std::vector<Image>& columns, const std::vector<SceneSurface>& surfaces)
+{
+    int width = gap, height = 0;
+    for (const Image& column : columns) {
+        width += column.width + gap;
+        height = std::max(height, column.height);
+    }
+    const Image key = legend(surfaces, std::max(width, legend_width));
+    Image picture(key.width, height + gap + legend_height, paper_colour);
+    int x = gap;
+    for (const Image& column : columns) {
+        paste(picture, column, x, gap);
+        x += column.width + gap;
+    }
+    paste(picture, key, 0, height + gap);
+    return picture;
+}
+
 }  // namespace
 
 Image section_sheet(const Template& body_template, const BodySet& bodies, const std::vector<int>& body_indices,
@@ -214,29 +250,18 @@ Image section_sheet(const Template& body_template, const BodySet& bodies, const 
         }
         columns.push_back(std::move(column));
     }
-    // Rows are as tall as their tallest image, columns as wide as their widest; images at the top of their cells.
-    std::vector<int> heights(columns.front().size(), 0), widths(columns.size(), 0);
-    for (std::size_t c = 0; c < columns.size(); ++c)
-        for (std::size_t r = 0; r < heights.size(); ++r) {
-            heights[r] = std::max(heights[r], columns[c][r].height);
-            widths[c] = std::max(widths[c], columns[c][r].width);
-        }
-    const int width = std::accumulate(widths.begin(), widths.end(), gap * (int(widths.size()) + 1)),
-              height = std::accumulate(heights.begin(), heights.end(), gap * (int(heights.size()) + 1));
-    const Image key = legend(surfaces, std::max(width, legend_width));
-    Image picture(key.width, height + legend_height, paper_colour);
-    int x = gap;
-    for (std::size_t c = 0; c < columns.size(); ++c) {
-        int y = gap;
-        for (std::size_t r = 0; r < heights.size(); ++r) {
-            const Image& image = columns[c][r];
-            paste(picture, image, x + (widths[c] - image.width) / 2, y);
-            y += heights[r] + gap;
-        }
-        x += widths[c] + gap;
+    // Sections of one body stand beside each other, of several below each other and in rows.
+    if (columns.size() == 1 && columns[0].size() > 1) {
+        columns.emplace_back(columns[0].begin() + 1, columns[0].end());
+        columns[0].resize(1);
+        return side_by_side({stacked(columns[0], {}), stacked(columns[1], {})}, surfaces);
     }
-    paste(picture, key, 0, height);
-    return picture;
+    std::vector<int> heights(columns.front().size(), 0);
+    for (const std::vector<Image>& column : columns)
+        for (std::size_t r = 0; r < heights.size(); ++r) heights[r] = std::max(heights[r], column[r].height);
+    std::vector<Image> stacks;
+    for (const std::vector<Image>& column : columns) stacks.push_back(stacked(column, heights));
+    return side_by_side(stacks, surfaces);
 }
 
 Image sections_picture(const Template& body_template, const Body& body, const PictureSettings& settings)
