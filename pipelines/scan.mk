@@ -25,7 +25,8 @@ scan-given:
 	@test -n "$(SCAN)" || { echo "give SCAN=<file>: OBJ, PLY, OFF, STL or GLB (SEX=male|female, AGE=<years>, NAME=<name> too)" >&2; exit 2; }
 	@test -z "$(word 2,$(SCAN))" || { echo "SCAN is one file, and its path holds no spaces: '$(SCAN)'" >&2; exit 2; }
 	@for f in "$(SCAN)" $(OWN_MOTION); do test -e "$$f" || { echo "there is no file '$$f'" >&2; exit 2; }; done
-	@test ! -e "configs/$(NAME).json" || { echo "results would go among those of the preset $(NAME): give NAME=<name>" >&2; exit 2; }
+	$(CHECK_DATA)
+	@test ! -e "configs/$(NAME).json" -a "$(NAME)" != templates -a "$(NAME)" != bench || { echo "results would go among others in out/$(NAME)/: give NAME=<name>" >&2; exit 2; }
 
 body: scan-given build ## a layered body of one scan, out/<name>/{body.h5,report.txt,*.png}; SCAN=<file> [SEX=] [AGE=] [NAME=]
 	@$(MAKE) --no-print-directory $(OWN)/report.txt $(OWN)/fit.png $(OWN)/body.png $(OWN)/section.png
@@ -53,7 +54,7 @@ $(OWN)/body.h5: $(OWN_TEMPLATE) $(OWN)/skin.h5 $(CONFIG)
 
 # A body outside of published ranges is named in its report, and is still its owner's.
 $(OWN)/report.txt: $(OWN)/body.h5
-	@{ cat $(OWN)/fit.txt $(OWN)/layers.txt | grep -v -e '^==' -e ' took '; \
+	@{ cat $(OWN)/fit.txt $(OWN)/layers.txt | grep -v -e '^==' -e ' took ' -e ' is outside: '; \
 	    $(BIN)/ndg-info $< --template $(OWN_TEMPLATE) 2>&1 || test $$? = 3; } | sed '/^attributes/,/^measures/d' > $@.tmp
 	@mv $@.tmp $@
 
@@ -63,7 +64,7 @@ $(OWN)/body.png: $(OWN)/body.h5
 
 $(OWN)/section.png: $(OWN)/body.h5
 	$(OWN_STAGE) picture-section $(BIN)/export-scene $(RUN) --template $(OWN_TEMPLATE) --bodies $< --picture-kind section \
-	    --count 1 --picture $@
+	    --count 1 --height 1800 --picture $@
 
 $(CLIP_CHOICE):
 	@mkdir -p $(CLIP) && rm -f $(CLIP)/choice-motion-* && touch $@

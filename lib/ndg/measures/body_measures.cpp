@@ -16,6 +16,7 @@ namespace {
 
 /// m, over the bodies of a set.
 constexpr double largest_mean_hip_distance = 0.012;
+constexpr int least_bodies_of_mean = 10;
 
 const Skin& checked(const Template& body_template, const Skin& skin)
 {
@@ -154,7 +155,7 @@ std::vector<std::string> common_failures(const std::vector<MeasuredBody>& bodies
             ++count;
         }
     std::vector<std::string> sentences;
-    if (count > 0 && sum / count > largest_mean_hip_distance)
+    if (count >= least_bodies_of_mean && sum / count > largest_mean_hip_distance)
         sentences.push_back(fmt::format("{}: {} in the mean of {} bodies, allowed {}", hip_centre_measure,
                                         measure_text(sum / count, MeasureUnit::millimetre), count,
                                         measure_text(largest_mean_hip_distance, MeasureUnit::millimetre)));

@@ -32,7 +32,7 @@ std::vector<MeasuredBody> measure_people(const Template& body_template, const Bo
 std::vector<MeasuredBody> measure_people(const Template& body_template, const SkinSet& skins);
 
 /// Gates over several bodies, each sentence one that does not hold: the mean distance of the hip joints from where
-/// pelvic landmarks put them (Harrington et al. 2007) is at most 12 mm.
+/// pelvic landmarks put them (Harrington et al. 2007) is at most 12 mm; judged from ten bodies on.
 std::vector<std::string> common_failures(const std::vector<MeasuredBody>& bodies);
 
 }  // namespace ndg
