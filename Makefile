@@ -10,7 +10,9 @@ BENCH   ?= all
 CONFIG  ?= configs/$(PRESET).json
 
 .DELETE_ON_ERROR:
-.SECONDARY:
+# Kept although only rules of patterns name them. Not .SECONDARY: files that stand for a choice must not count as
+# intermediate, or a choice that was never made would leave what depends on it as it is.
+.PRECIOUS: out/templates/%.h5
 .DEFAULT_GOAL := help
 MAKEFLAGS += --no-builtin-rules
 SHELL := /bin/bash

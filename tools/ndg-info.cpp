@@ -70,6 +70,7 @@ void show_template(const std::string& path)
     fmt::print("template check\n{}", template_report(check));
     const auto failures = check.failures();
     if (!failures.empty()) throw QualityError(fmt::format("{}: {}", path, fmt::join(failures, "; ")));
+    if (body_template.source_name.empty()) return;  // made of no person
     show_measures(path, {measure_body(body_template, body_template.rest, Person())});
 }
 
