@@ -5,7 +5,6 @@
 
 #include <fmt/format.h>
 
-#include <array>
 #include <cmath>
 #include <functional>
 
@@ -122,7 +121,7 @@ void add_thicknesses(const MeasuredBones& body, MeasureTable& table)
     }
 }
 
-/// Shares of the mass by de Leva 1996 (Journal of Biomechanics 29, 1223-1230); deviations: Zatsiorsky's men.
+/// Share of the mass by de Leva 1996 (Journal of Biomechanics 29, 1223-1230); deviations: Zatsiorsky's men.
 struct SegmentShare {
     const char* name;
     std::vector<std::string> segments;
@@ -154,10 +153,9 @@ void add_masses(const MeasuredBones& body, MeasureTable& table)
              MeasureUnit::number, "de Leva 1996, Zatsiorsky; cut differently"},
             mass / double(share.segments.size()) / whole, share.female, share.male);
     }
-    double worst = 0.0;
     std::string which;
-    worst = worst_asymmetry(segments, which);
-    table.add({"segments, left to right", "greatest relative difference of their volumes"}, worst);
+    table.add({"segments, left to right", "greatest relative difference of their volumes"},
+              worst_asymmetry(segments, which));
 }
 
 }  // namespace

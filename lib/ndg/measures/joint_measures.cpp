@@ -1,10 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ndg/measures/measured_parts.h"
 
-#include <fmt/format.h>
-
-#include <array>
-#include <cmath>
+#include <algorithm>
 
 namespace ndg {
 

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "ndg/core/error.h"
 #include "ndg/measures/measured_parts.h"
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 namespace ndg {
 namespace {
@@ -49,7 +52,21 @@ std::array<Vec, 2> ends_of(const Points& vertices)
     return ends;
 }
 
-/// Greatest extent across `axis` (unit): of all directions across it, or along `across` alone.
+/// Unit axis between the ends, upwards.
+Vec long_axis(const Points& vertices)
+{
+    const std::array<Vec, 2> ends = ends_of(vertices);
+    return (ends[0].y() > ends[1].y() ? ends[0] - ends[1] : ends[1] - ends[0]).normalized();
+}
+
+/// Extent along a unit direction.
+double breadth_along(const Points& vertices, const Vec& direction)
+{
+    const Eigen::VectorXd along = vertices * direction;
+    return along.maxCoeff() - along.minCoeff();
+}
+
+/// Greatest extent of all directions across a unit axis.
 double breadth_across(const Points& vertices, const Vec& axis)
 {
     const Vec u = axis.unitOrthogonal(), w = axis.cross(u);
@@ -57,15 +74,9 @@ double breadth_across(const Points& vertices, const Vec& axis)
     constexpr int directions = 36;
     for (int k = 0; k < directions; ++k) {
         const double angle = M_PI * k / directions;
-        const Eigen::VectorXd along = vertices * (std::cos(angle) * u + std::sin(angle) * w);
-        greatest = std::max(greatest, along.maxCoeff() - along.minCoeff());
+        greatest = std::max(greatest, breadth_along(vertices, std::cos(angle) * u + std::sin(angle) * w));
     }
     return greatest;
-}
-double breadth_along(const Points& vertices, const Vec& across)
-{
-    const Eigen::VectorXd along = vertices * across.normalized();
-    return along.maxCoeff() - along.minCoeff();
 }
 
 /// Length of a tibia as Trotter took it, without the eminence between the condyles and without the malleolus (Jantz,
@@ -73,9 +84,7 @@ double breadth_along(const Points& vertices, const Vec& across)
 /// of the upper end, to the outer half of the lower end. `lateral`: sign of x on the outer side.
 double tibia_length(const Points& vertices, double lateral)
 {
-    const std::array<Vec, 2> ends = ends_of(vertices);
-    const Vec axis = (ends[0].y() > ends[1].y() ? ends[0] - ends[1] : ends[1] - ends[0]).normalized();
-    const Vec outward(lateral, 0.0, 0.0);
+    const Vec axis = long_axis(vertices), outward(lateral, 0.0, 0.0);
     const Points upper = between_shares(vertices, axis, 0.9, 1.0), lower = between_shares(vertices, axis, 0.0, 0.1);
     return 0.5 * ((between_shares(upper, outward, 0.0, 0.25) * axis).maxCoeff() +
                   (between_shares(upper, outward, 0.75, 1.0) * axis).maxCoeff()) -
@@ -88,6 +97,17 @@ double length(const std::string& bone, const Points& vertices, double lateral)
     if (bone == "tibia") return tibia_length(vertices, lateral);
     const std::array<Vec, 2> ends = ends_of(vertices);
     return (ends[0] - ends[1]).norm();
+}
+
+/// Diameter of the femur's head; no number for a bone without a round one.
+double head_diameter(const Points& femur, double lateral)
+{
+    try {
+        // Half of 46 +- 5 mm (Noble et al. 1988).
+        return 2.0 * head_sphere(femur, Vec(-1.2 * lateral, 1.0, 0.0), 0.023).radius;
+    } catch (const Error&) {
+        return std::numeric_limits<double>::quiet_NaN();
+    }
 }
 
 /// A measure of both sides: mean and relative difference.
@@ -140,9 +160,7 @@ void add_breadths(const MeasuredBones& body, MeasureTable& table)
         return MeasureTable::Row{name, method, MeasureUnit::millimetre, source};
     };
     if (has_pair(body, "femur")) {
-        const Pair head = both(body, "femur", [](const Points& v, double lateral) {
-            return 2.0 * head_sphere(v, Vec(-1.2 * lateral, 1.0, 0.0), 0.023).radius;
-        });
+        const Pair head = both(body, "femur", head_diameter);
         table.add_gate(row("femoral head, diameter", "sphere through its surface, mean of both sides",
                            "46 +- 5, Noble 1988; 43.3 F, 48.5 M, Cho 2015"),
                        head.mean(), Spread{0.046, 0.005}, Spread{0.046, 0.005});
@@ -164,8 +182,7 @@ void add_breadths(const MeasuredBones& body, MeasureTable& table)
     }
     if (has_pair(body, "humerus")) {
         const Pair elbow = both(body, "humerus", [](const Points& v, double) {
-            const std::array<Vec, 2> ends = ends_of(v);
-            const Vec axis = (ends[0].y() > ends[1].y() ? ends[0] - ends[1] : ends[1] - ends[0]).normalized();
+            const Vec axis = long_axis(v);
             return breadth_across(between_shares(v, axis, 0.0, 0.12), axis);
         });
         table.add(row("humerus, epicondylar breadth", "breadth of the lower eighth, mean of both sides", ""),
@@ -179,9 +196,7 @@ void add_covers(const MeasuredBones& body, MeasureTable& table)
                            double high) {
         if (!has_pair(body, bone)) return;
         const Pair depths = both(body, bone, [&](const Points& v, double) {
-            const std::array<Vec, 2> ends = ends_of(v);
-            const Vec axis = ends[0].y() > ends[1].y() ? ends[0] - ends[1] : ends[1] - ends[0];
-            return body.cover(between_shares(v, axis.normalized(), low, high));
+            return body.cover(between_shares(v, long_axis(v), low, high));
         });
         table.add({name, method + ", mean of both sides", MeasureUnit::millimetre}, depths.mean());
     };

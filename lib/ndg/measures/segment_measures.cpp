@@ -7,6 +7,7 @@
 #include "ndg/geometry/triangle_mesh.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace ndg {

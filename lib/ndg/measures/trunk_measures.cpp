@@ -2,8 +2,6 @@
 #include "ndg/body_source/bone_cover.h"
 #include "ndg/measures/measured_parts.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 
