@@ -32,11 +32,16 @@ Eigen::Vector3d front_of_body(const Points& vertebra)
     return middle(between_shares(vertebra, Eigen::Vector3d::UnitZ(), 2.0 / 3.0, 1.0));
 }
 
+/// The fifth of a bone's breadth that lies in its middle.
+Points midline(const Points& bone)
+{
+    return between_shares(bone, Eigen::Vector3d::UnitX(), 0.4, 0.6);
+}
+
 /// Promontory: the sacrum's foremost and highest part near the midline, the front edge of its upper end plate.
 Eigen::Vector3d promontory(const Points& sacrum)
 {
-    const Points middle_part = between_shares(sacrum, Eigen::Vector3d::UnitX(), 0.38, 0.62);
-    return end_centre(middle_part, Eigen::Vector3d(0.0, 1.0, 1.0), 0.012);
+    return end_centre(midline(sacrum), Eigen::Vector3d(0.0, 1.0, 1.0), 0.012);
 }
 
 /// Lean of the upward direction from `below` to `above` against the vertical, radians, forward positive.
@@ -57,11 +62,11 @@ void add_spine_measures(const MeasuredBones& body, MeasureTable& table)
         const Points& vertebra = body.bone(names[level]);
         fronts.push_back(front_of_body(vertebra));
         const double expected = spinous_depth(level, body.bmi);
-        table.add_gate(
-            {level_name(level) + " spinous process, depth", "rearmost point of the vertebra, to the skin",
-             MeasureUnit::millimetre, "by body mass index: Kawchuk 2011, Ravi 2011, CT of 649 (bone_cover.h)"},
-            body.depth(farthest(vertebra, -Eigen::Vector3d::UnitZ())), std::max(0.0, expected - depth_tolerance),
-            expected + depth_tolerance);
+        table.add_gate({level_name(level) + " spinous process, depth",
+                        "rearmost point of the vertebra on the midline, to the skin", MeasureUnit::millimetre,
+                        "by body mass index: Kawchuk 2011, Ravi 2011, CT of 649 (bone_cover.h)"},
+                       body.depth(farthest(midline(vertebra), -Eigen::Vector3d::UnitZ())),
+                       std::max(0.0, expected - depth_tolerance), expected + depth_tolerance);
     }
     // Tangents of the curve through the fronts of the bodies, as inclinometers on the back take them.
     const double upper = lean(fronts[level_t1 + 1], fronts[level_c7]),
