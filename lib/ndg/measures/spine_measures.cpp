@@ -38,10 +38,18 @@ Points midline(const Points& bone)
     return between_shares(bone, Eigen::Vector3d::UnitX(), 0.4, 0.6);
 }
 
-/// Promontory: the sacrum's foremost and highest part near the midline, the front edge of its upper end plate.
-Eigen::Vector3d promontory(const Points& sacrum)
+/// Slope of the sacrum's upper end plate, radians, positive where it faces forward: from the promontory, its front
+/// edge, to the highest place behind it, one to two hundredths of the stature away (end plates are 30 to 35 mm deep).
+double sacral_slope(const Points& sacrum, double stature_m)
 {
-    return end_centre(midline(sacrum), Eigen::Vector3d(0.0, 1.0, 1.0), 0.012);
+    const Points middle_part = between_shares(sacrum, Eigen::Vector3d::UnitX(), 0.38, 0.62);
+    const Eigen::Vector3d promontory = farthest(middle_part, Eigen::Vector3d(0.0, 1.0, 1.0));
+    double slope = -0.5 * M_PI;
+    for (Eigen::Index v = 0; v < middle_part.rows(); ++v) {
+        const double behind = promontory.z() - middle_part(v, 2), above = middle_part(v, 1) - promontory.y();
+        if (behind > 0.01 * stature_m && behind < 0.02 * stature_m) slope = std::max(slope, std::atan2(above, behind));
+    }
+    return slope;
 }
 
 /// Lean of the upward direction from `below` to `above` against the vertical, radians, forward positive.
@@ -75,8 +83,8 @@ void add_spine_measures(const MeasuredBones& body, MeasureTable& table)
                     MeasureUnit::degree, "20 to 60, Scoliosis Research Society; 40 +- 10, Lang-Tapia 2011"},
                    upper - lower, 20.0 * radians_per_degree, 60.0 * radians_per_degree);
     if (!body.has({"sacrum"})) return;
-    const double sacral = lean(promontory(body.bone("sacrum")), fronts[level_l5]);
-    table.add_gate({"lumbar lordosis T12 to S1", "between tangents of the curve of the vertebral bodies",
+    const double sacral = sacral_slope(body.bone("sacrum"), body.stature_m);
+    table.add_gate({"lumbar lordosis T12 to S1", "from the curve's tangent at T12 to the sacrum's upper end plate",
                     MeasureUnit::degree, "49.8 +- 11.2, 627 healthy adults, PMC6680033"},
                    sacral - lower, Spread{49.8 * radians_per_degree, 11.2 * radians_per_degree},
                    Spread{49.8 * radians_per_degree, 11.2 * radians_per_degree});
