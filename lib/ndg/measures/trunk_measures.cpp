@@ -96,15 +96,17 @@ void add_thorax(const MeasuredBones& body, MeasureTable& table)
     const bool one_sternum = body.has({"sternum"});
     if (!one_sternum && !body.has({"body of sternum", "manubrium"})) return;
     const Points& sternum = body.bone(one_sternum ? "sternum" : "body of sternum");
-    table.add({"sternum, depth", "mean of its front along the midline, to the skin", MeasureUnit::millimetre}, [&] {
-        // The front of each tenth of its height.
-        double sum = 0.0;
-        for (int k = 1; k < 9; ++k) {
-            const Points tenth = between_shares(sternum, Vec::UnitY(), 0.1 * k, 0.1 * (k + 1));
-            sum += tenth.rows() > 0 ? body.depth(farthest(tenth, Vec::UnitZ())) : 0.0;
-        }
-        return sum / 8.0;
-    }());
+    // The foremost place of each tenth of its height, but for the ends.
+    double depths = 0.0, tenths = 0.0;
+    for (int k = 1; k < 9; ++k) {
+        const Points tenth = between_shares(sternum, Vec::UnitY(), 0.1 * k, 0.1 * (k + 1));
+        if (tenth.rows() == 0) continue;
+        depths += body.depth(farthest(tenth, Vec::UnitZ()));
+        tenths += 1.0;
+    }
+    if (tenths > 0.0)
+        table.add({"sternum, depth", "mean of its front from top to bottom, to the skin", MeasureUnit::millimetre},
+                  depths / tenths);
     double left = -1e9, right = 1e9, back = 1e9;
     for (const char* ordinal : ordinals)
         for (const std::string side : {"left", "right"}) {
