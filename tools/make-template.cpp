@@ -3,6 +3,7 @@
 #include "ndg/body/person.h"
 #include "ndg/core/error.h"
 #include "ndg/core/tool.h"
+#include "ndg/people/body_sampling.h"
 #include "ndg/procedural/body.h"
 #include "ndg/template_build/make_template.h"
 #include "ndg/template_build/template_check.h"
@@ -17,9 +18,7 @@ TemplateSource anatomy_template_source(const std::string& makehuman, const std::
 {
     require_input(!makehuman.empty() && !bodyparts3d.empty(), "--source anatomy needs --makehuman and --bodyparts3d");
     const MakeHuman body(makehuman);
-    MakeHumanParameters person;
-    person.sex = male_share(sex);
-    return anatomy_source(body, bodyparts3d, person).source;
+    return anatomy_source(body, bodyparts3d, mean_adult(body, sex == Sex::male)).source;
 }
 
 TemplateSource procedural_template_source(Sex sex)

@@ -25,7 +25,7 @@ Eigen::Matrix3d rotation_part(const Eigen::Matrix3d& linear)
 
 class LimbFit {
 public:
-    LimbFit(const std::vector<AnatomyMesh>& parts, const BonePoints& points, const TrunkMap& trunk,
+    LimbFit(const std::vector<AnatomyMesh>& parts, const BonePoints& points, const AxialMap& trunk,
             const AnatomyTarget& target, BodySide side)
         : parts_(parts),
           points_(points),
@@ -74,7 +74,7 @@ private:
 
     const std::vector<AnatomyMesh>& parts_;
     const BonePoints& points_;
-    const TrunkMap& trunk_;
+    const AxialMap& trunk_;
     const AnatomyTarget& target_;
     BodySide body_side_;
     std::string side_;  ///< its name
@@ -327,7 +327,7 @@ void LimbFit::fit_finger(const std::string& finger, Eigen::Matrix3d rotation)
 }  // namespace
 
 std::map<std::string, Eigen::Affine3d> limb_transforms(const std::vector<AnatomyMesh>& parts, const BonePoints& points,
-                                                       const TrunkMap& trunk, const AnatomyTarget& target)
+                                                       const AxialMap& trunk, const AnatomyTarget& target)
 {
     auto transforms = LimbFit(parts, points, trunk, target, BodySide::left).fit();
     transforms.merge(LimbFit(parts, points, trunk, target, BodySide::right).fit());

@@ -26,6 +26,6 @@ namespace ndg {
 /// five
 ///   foremost bulges of the skin.
 std::map<std::string, Eigen::Affine3d> limb_transforms(const std::vector<AnatomyMesh>& parts, const BonePoints& points,
-                                                       const TrunkMap& trunk, const AnatomyTarget& target);
+                                                       const AxialMap& trunk, const AnatomyTarget& target);
 
 }  // namespace ndg

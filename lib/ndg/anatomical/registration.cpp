@@ -222,7 +222,7 @@ BoneGroup bone_group(const AnatomyMesh& bone)
 Points register_anatomy(std::vector<AnatomyMesh>& parts, const AnatomyTarget& target)
 {
     const BonePoints points = bone_points(parts);
-    const TrunkMap trunk(parts, points, target);
+    const AxialMap trunk(parts, points, target);
     std::map<std::string, Map> maps = {{"trunk", [&](const Vector3d& x) { return trunk.trunk(x); }},
                                        {"head", [&](const Vector3d& x) { return trunk.head(x); }}};
     for (const auto& [name, transform] : limb_transforms(parts, points, trunk, target)) {

@@ -10,7 +10,7 @@
 
 namespace ndg {
 
-/// Which group of bones (TrunkMap, limb_transforms) a bone moves with, and which joint of the standard skeleton.
+/// Which group of bones (AxialMap, limb_transforms) a bone moves with, and which joint of the standard skeleton.
 struct BoneGroup {
     std::string group;  ///< "trunk", "head" or a key of limb_transforms
     std::string joint;

@@ -37,6 +37,8 @@ constexpr double kept_fat = 0.6;
 constexpr double pull_share = 0.6;
 constexpr std::array<double, 5> spacings = {0.048, 0.040, 0.032, 0.024, 0.020};
 constexpr double push_weight = 1.0, pull_weight = 0.4, bone_weight = 0.3, muscle_weight = 0.01;
+/// Vertebrae lie where the back says; the muscles beside them give way.
+constexpr double spine_weight = 6.0;
 
 const RegionFat& fat_of_joint(std::string joint)
 {
@@ -64,15 +66,17 @@ SkinFat skin_fat(const AnatomyTarget& target)
 }
 
 struct Joined : TriangleMesh {
-    std::vector<char> is_bone, hollow, triangle_is_bone;
+    std::vector<char> is_bone, is_spine, hollow, triangle_is_bone;
 };
 
 Joined join(const std::vector<AnatomyMesh>& parts)
 {
-    Joined joined{join_meshes(parts), {}, {}, {}};
+    Joined joined{join_meshes(parts), {}, {}, {}, {}};
     for (const AnatomyMesh& part : parts) {
         const bool bone = part.layer == AnatomyLayer::bone, hollow = part.joint != "head" && part.joint != "jaw";
         joined.is_bone.insert(joined.is_bone.end(), std::size_t(part.vertices.rows()), bone);
+        const bool spine = bone && part.name.find("vertebra") != std::string::npos;
+        joined.is_spine.insert(joined.is_spine.end(), std::size_t(part.vertices.rows()), spine);
         joined.hollow.insert(joined.hollow.end(), std::size_t(part.vertices.rows()), hollow);
         joined.triangle_is_bone.insert(joined.triangle_is_bone.end(), std::size_t(part.triangles.rows()), bone);
     }
@@ -105,7 +109,7 @@ public:
         for (Eigen::Index i = 0; i < count; ++i) {
             const bool bone = anatomy.is_bone[std::size_t(i)] != 0;
             const bool hollow = anatomy.hollow[std::size_t(i)] != 0;
-            result.weights[i] = bone ? bone_weight : muscle_weight;
+            result.weights[i] = anatomy.is_spine[i] ? spine_weight : bone ? bone_weight : muscle_weight;
             const SkinDepth::Result at = depth_.at(anatomy.vertices.row(i).transpose(), hollow);
             if (at.depth > 0.03) continue;
             const double wanted = depth_.cover_at(at, bone ? bone_cover : kept_fat * fat_at(at.point), hollow);

@@ -28,14 +28,14 @@ double spinous_depth(double level, double bmi)
     return std::max(least_depth, mean + slope * (bmi - mean_bmi));
 }
 
-double sternum_cover_growth(double bmi, double reference_bmi)
+double sternum_depth(double bmi)
 {
-    return 0.0005 * (bmi - reference_bmi);
+    return std::max(0.005, 0.008 + 0.0005 * (bmi - mean_bmi));
 }
 
-double flank_cover_growth(double bmi, double reference_bmi)
+double rib_side_depth(double bmi)
 {
-    return 0.0007 * (bmi - reference_bmi);
+    return std::max(0.010, 0.020 + 0.0009 * (bmi - mean_bmi));
 }
 
 }  // namespace ndg

@@ -19,12 +19,14 @@ constexpr int level_c7 = 0, level_t1 = 1, level_t12 = 12, level_l1 = 13, level_l
 /// At least 6 mm: skin and supraspinous ligament.
 double spinous_depth(double level, double bmi);
 
-/// How much deeper than in someone of `reference_bmi` the front of the breastbone lies, m: fat at the level of the
-/// nipples is 10 mm in the mean and 36.5 mm at an index of 46 (CT, as above), over the bone a third of that growth.
-double sternum_cover_growth(double bmi, double reference_bmi);
+/// Depth of the front of the breastbone under the skin of the midline, m: fat at the level of the nipples is 10 mm in
+/// the mean and 36.5 mm at an index of 46 (CT, as above), over the bone less, taken as 8 mm at 27.2 and a third of that
+/// growth.
+double sternum_depth(double bmi);
 
-/// The same at the front of the iliac crest (ASIS), whose cover is 9.7 +- 7.0 mm in 67 adults and grows with the index
-/// (Mantovani et al. 2016), and at the sides of the rib cage: 0.7 mm per kg/m^2.
-double flank_cover_growth(double bmi, double reference_bmi);
+/// Depth of the sides of the rib cage below the armpits and of the iliac crests, m: fat, and over the ribs serratus and
+/// latissimus. The front of the crest (ASIS) lies 9.7 +- 7.0 mm deep in 67 adults, growing with the index (Mantovani et
+/// al. 2016); taken as 20 mm at 27.2 and 0.9 mm per kg/m^2, as at the back.
+double rib_side_depth(double bmi);
 
 }  // namespace ndg

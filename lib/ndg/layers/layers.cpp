@@ -15,11 +15,17 @@ namespace ndg {
 
 namespace {
 
-constexpr double min_muscle_factor = 0.05, max_muscle_factor = 8.0;  ///< muscle thickness against the template's
-constexpr double tissue_exponent = 0.5;                              ///< of muscle thickness against tissue thickness
-constexpr double min_tissue_thickness = 0.004;                       ///< m, of both layers together
-constexpr double min_layer_thickness = 0.0012;                       ///< m
-constexpr double min_layer_share = 0.08;                             ///< of either layer in both
+constexpr double min_muscle_factor = 0.6, max_muscle_factor = 8.0;  ///< muscle thickness against the template's
+constexpr double tissue_exponent = 0.5;                             ///< of muscle thickness against tissue thickness
+/// The muscle layer of the template's trunk holds viscera where it is thicker than this, m.
+constexpr double visceral_begin = 0.03, visceral_end = 0.06;
+/// Fat in front of viscera over the mean fat under the skin: of all sites the abdomen's skinfold is the largest, and
+/// grows fastest (anthropometry of adults, e.g. Durnin and Womersley 1974).
+constexpr double abdominal_fat = 1.6, max_abdominal_fat = 12.0;
+constexpr double max_fat_share = 0.85;          ///< of muscle layer and fat layer together
+constexpr double min_tissue_thickness = 0.004;  ///< m, of both layers together
+constexpr double min_layer_thickness = 0.0012;  ///< m
+constexpr double min_layer_share = 0.08;        ///< of either layer in both
 constexpr int bisection_steps = 20;
 
 /// What is stored is single precision and must be valid there too.
@@ -36,6 +42,7 @@ LayerBuilder::LayerBuilder(const Template& body_template, const LayerFitOptions&
     : template_(body_template), options_(options)
 {
     check_options(options);
+    if (SkeletonPlacer::has_trunk_bones(body_template)) placer_.emplace(body_template);
     const int num_wrap = body_template.num_wrap_vertices();
     require_input(num_wrap > 0 && body_template.rest.volume_vertices.rows() == 3 * num_wrap,
                   "the template has {} volume vertices for wraps of {}", body_template.rest.volume_vertices.rows(),
@@ -52,16 +59,24 @@ LayerBuilder::LayerBuilder(const Template& body_template, const LayerFitOptions&
     muscle_prisms_ = body_template.prisms.topRows(body_template.fat_begin());
     fat_prisms_ = body_template.prisms.bottomRows(body_template.fat_begin());
     stature_ = stature(body_template.rest.skin_vertices);
+    visceral_.resize(num_wrap);
+    const auto trunk = on_trunk(weights_);
+    for (int w = 0; w < num_wrap; ++w) {
+        const double thickness = (muscle_.row(w) - bone_.row(w)).norm();
+        const double share = std::clamp((thickness - visceral_begin) / (visceral_end - visceral_begin), 0.0, 1.0);
+        visceral_[w] = trunk[w] ? share : 0.0;
+    }
 }
 
-LayerSurfaces LayerBuilder::targets(const Skin& skin, double scale, LayerReport& report) const
+LayerSurfaces LayerBuilder::targets(const Skin& skin, double sex, double scale, LayerReport& report) const
 {
     const Eigen::Index num_wrap = bone_.rows();
     LayerSurfaces surfaces;
     surfaces.skin.resize(num_wrap, 3);
     for (Eigen::Index w = 0; w < num_wrap; ++w)
         surfaces.skin.row(w) = skin.skin_vertices.row(template_.wrap_to_skin[w]);
-    surfaces.bone = carried_bone_wrap(template_, weights_, surfaces.skin, skin.joint_positions, scale);
+    surfaces.bone = carried_bone_wrap(template_, weights_, surfaces.skin, skin.joint_positions, scale, report.bmi,
+                                      placer_->trunk_map(skin, sex));
     press_under_skin(surfaces.skin, template_.wrap_triangles, min_tissue_thickness, surfaces.bone);
     const Points offsets = surfaces.bone - surfaces.skin;
     const Eigen::VectorXd tissue = offsets.rowwise().norm();
@@ -70,27 +85,41 @@ LayerSurfaces LayerBuilder::targets(const Skin& skin, double scale, LayerReport&
         const double usual = scale * (skin_.row(w) - bone_.row(w)).norm();
         muscle[w] = scale * (muscle_.row(w) - bone_.row(w)).norm() * std::pow(tissue[w] / usual, tissue_exponent);
     }
-    const auto muscle_wrap = [&](double factor) {
+    const auto muscle_wrap = [&](double factor, double abdominal_share) {
+        const double fat_of_abdomen = abdominal_share * report.composition.mean_fat_thickness_m;
         Points result(num_wrap, 3);
         for (Eigen::Index w = 0; w < num_wrap; ++w) {
             const double least = std::min(0.4, std::max(min_layer_share, min_layer_thickness / tissue[w]));
-            const double share = std::clamp(1.0 - factor * muscle[w] / tissue[w], least, 1.0 - least);
+            const double fat = (1.0 - visceral_[w]) * (tissue[w] - factor * muscle[w]) + visceral_[w] * fat_of_abdomen;
+            const double share = std::clamp(fat / tissue[w], least, 1.0 - least);
             result.row(w) = surfaces.skin.row(w) + share * offsets.row(w);
         }
         return result;
     };
     Points volume(3 * num_wrap, 3);
-    volume << surfaces.bone, muscle_wrap(1.0), surfaces.skin;
-    const double soft = 1e3 * prism_volumes(volume, template_.prisms).sum();
-    const BodyComposition& told = report.composition;
-    report.wanted_fat_litre = soft * told.subcutaneous_litre / (told.subcutaneous_litre + told.muscle_litre);
-    double low = min_muscle_factor, high = max_muscle_factor;
-    for (int step = 0; step < bisection_steps && high - low > 1e-3; ++step) {
-        const double middle = 0.5 * (low + high);
-        volume.middleRows(num_wrap, num_wrap) = muscle_wrap(middle);
-        (1e3 * prism_volumes(volume, fat_prisms_).sum() > report.wanted_fat_litre ? low : high) = middle;
-    }
-    surfaces.muscle = muscle_wrap(0.5 * (low + high));
+    volume << surfaces.bone, muscle_wrap(1.0, abdominal_fat), surfaces.skin;
+    report.wanted_fat_litre = std::min(report.composition.subcutaneous_litre,
+                                       max_fat_share * 1e3 * prism_volumes(volume, template_.prisms).sum());
+    const auto fat_litre = [&](const Points& muscle_surface) {
+        volume.middleRows(num_wrap, num_wrap) = muscle_surface;
+        return 1e3 * prism_volumes(volume, fat_prisms_).sum();
+    };
+    /// Where `surface(x)`, whose fat grows or falls with x, has the fat that is wanted.
+    const auto bisected = [&](double low, double high, const auto& surface) {
+        const bool grows = fat_litre(surface(high)) > fat_litre(surface(low));
+        for (int step = 0; step < bisection_steps && high - low > 1e-3; ++step) {
+            const double middle = 0.5 * (low + high);
+            ((fat_litre(surface(middle)) > report.wanted_fat_litre) == grows ? high : low) = middle;
+        }
+        return surface(0.5 * (low + high));
+    };
+    // Muscles give way to fat so far; of the very fat the abdomen takes the rest.
+    if (fat_litre(muscle_wrap(min_muscle_factor, abdominal_fat)) >= report.wanted_fat_litre)
+        surfaces.muscle = bisected(min_muscle_factor, max_muscle_factor,
+                                   [&](double factor) { return muscle_wrap(factor, abdominal_fat); });
+    else
+        surfaces.muscle = bisected(abdominal_fat, max_abdominal_fat,
+                                   [&](double share) { return muscle_wrap(min_muscle_factor, share); });
     return surfaces;
 }
 
@@ -104,6 +133,7 @@ Body LayerBuilder::build(const Skin& skin, const Person& person, LayerReport* re
                   template_.rest.joint_positions.rows());
     require_input(skin.skin_vertices.allFinite() && skin.joint_positions.allFinite(),
                   "body {}: a skin vertex or joint position is not finite", skin.name);
+    require_input(placer_.has_value(), "the template has no spine by name, so that layers cannot be placed by it");
     LayerReport result;
     result.stature_m = stature(skin.skin_vertices);
     result.mass_kg = body_density * enclosed_volume(skin.skin_vertices, template_.skin_triangles);
@@ -118,14 +148,16 @@ Body LayerBuilder::build(const Skin& skin, const Person& person, LayerReport* re
     const double area = triangle_areas(skin_wrap, template_.wrap_triangles).sum();
     result.composition = body_composition(result.girths, result.stature_m, result.mass_kg, area, person);
 
-    const LayerSurfaces wanted = targets(skin, result.stature_m / stature_, result);
+    Skin placed = skin;
+    placed.joint_positions = placer_->joints(skin, person.sex);
+    const LayerSurfaces wanted = targets(placed, person.sex, result.stature_m / stature_, result);
     const LayerSurfaces layers = fit_layers(template_.wrap_triangles, wanted, options_, result.fit);
     const Eigen::RowVector3d place = layers.skin.row(template_.wrap_triangles(result.fit.worst_triangle, 0));
     require(result.fit.min_scaled_jacobian > least_scaled_jacobian,
             "body {}: no valid layers found: near ({:.3f}, {:.3f}, {:.3f}) m the smallest scaled Jacobian is {:.3g}",
             skin.name, place[0], place[1], place[2], result.fit.min_scaled_jacobian);
 
-    Body body{skin, {}, {}};
+    Body body{placed, {}, {}};
     body.volume_vertices.resize(3 * bone_.rows(), 3);
     body.volume_vertices << layers.bone, layers.muscle, layers.skin;
     for (Eigen::Index w = 0; w < bone_.rows(); ++w)

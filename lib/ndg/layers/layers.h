@@ -6,7 +6,9 @@
 #include "ndg/body/template.h"
 #include "ndg/layers/body_composition.h"
 #include "ndg/layers/layer_fit.h"
+#include "ndg/placement/skeleton_placer.h"
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -24,7 +26,7 @@ struct LayerReport {
 
 /// To be raised whenever the same options, template and skin come to give other layers: no batch is resumed then that
 /// another method began.
-inline constexpr int layers_method_version = 1;
+inline constexpr int layers_method_version = 2;
 /// What all layered bodies of a batch depend on.
 std::string layers_key(const LayerFitOptions& options, const std::string& template_sha256);
 
@@ -34,23 +36,26 @@ public:
     LayerBuilder(const Template& body_template, const LayerFitOptions& options);
 
     /// Layers for a skin in the template's tessellation: `skin.skin_vertices` and `skin.joint_positions` are given, the
-    /// rest is filled; skin vertices move where prisms ask for it (fit_layers). The bone wrap is the template's,
-    /// carried by the bones between the joints: it does not grow with fat. Fat layer and muscle layer share what lies
-    /// between bone wrap and skin in the ratio of adipose tissue to muscle that the girths tell (body_composition):
-    /// muscle has the template's thickness times the root of how much more tissue there is than in the template, times
-    /// one factor. Throws InputError for a skin that does not fit the template, Error naming the body and the worst
-    /// place when a prism stays invalid.
+    /// rest is filled, the joints of the trunk are placed (SkeletonPlacer); skin vertices move where prisms ask for it
+    /// (fit_layers). The bone wrap is the template's, carried by trunk and limbs (carried_bone_wrap): it does not grow
+    /// with fat. The fat layer holds the adipose tissue under the skin that the girths tell (body_composition). Muscle
+    /// has the template's thickness times the root of how much more tissue there is than in the template, times one
+    /// factor; where viscera fill the muscle layer, in the abdomen, the fat is 1.6 times the mean fat instead, and
+    /// more where muscles would else be thinner than six tenths. Throws InputError for a skin that does not fit the template, Error naming the body and the worst place
+    /// when a prism stays invalid.
     Body build(const Skin& skin, const Person& person, LayerReport* report = nullptr) const;
 
     const Template& body_template() const { return template_; }
 
 private:
-    LayerSurfaces targets(const Skin& skin, double scale, LayerReport& report) const;
+    LayerSurfaces targets(const Skin& skin, double sex, double scale, LayerReport& report) const;
 
     const Template& template_;
     LayerFitOptions options_;
+    std::optional<SkeletonPlacer> placer_;  ///< empty for a template without bones
     RowMatrix weights_;            ///< N_w x J, dense
     Points bone_, muscle_, skin_;  ///< the template's wraps
+    Eigen::VectorXd visceral_;     ///< N_w, how far the muscle layer is viscera (0..1)
     Prisms muscle_prisms_, fat_prisms_;
     double stature_ = 0;
 };

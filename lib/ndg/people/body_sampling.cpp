@@ -5,6 +5,7 @@
 #include "ndg/core/progress.h"
 #include "ndg/core/random.h"
 #include "ndg/geometry/triangle_mesh.h"
+#include "ndg/placement/skeleton_placer.h"
 #include "ndg/procedural/body.h"
 
 #include <fmt/format.h>
@@ -13,14 +14,17 @@
 #include <cmath>
 #include <functional>
 #include <memory>
+#include <optional>
 
 namespace ndg {
 
 namespace {
 
 constexpr double stature_tolerance_m = 0.001, bmi_tolerance = 0.05;
-constexpr int max_rounds = 6, max_bisections = 30;
-constexpr double max_detail = 0.6;
+constexpr double proportion_tolerance = 0.002;
+constexpr int max_rounds = 20, max_bisections = 30;
+constexpr double max_detail = 0.6, max_length_deviation = 1.8;
+constexpr double mean_bmi = 23.5;
 constexpr double thinnest = -1.0, fullest = 4.0;  ///< ends of the path of `on_path`
 
 /// People along a path from thin to heavy: muscle grows to what is wished, then the weight slider rises, then muscle
@@ -54,15 +58,19 @@ void describe(OptionList& list, BodySamplingOptions& options)
     list.add("max-bmi", options.max_bmi, "largest body mass index (the procedural body ends at 35)", 15, 50);
     list.add("muscle-spread", options.muscle_spread, "standard deviation of MakeHuman's muscle slider", 0, 0.5);
     list.add("proportion-spread", options.proportion_spread, "of its proportions slider", 0, 0.5);
-    list.add("detail-spread", options.detail_spread, "of its sliders for girths and segments", 0, 0.5);
+    list.add("detail-spread", options.detail_spread, "of its sliders for girths", 0, 0.5);
+    list.add("length-spread", options.length_spread, "of lengths and shoulders, in published deviations", 0, 2);
 }
 
-MakeHumanParameters makehuman_parameters(const MakeHuman& source, const Adult& adult, MakeHumanParameters wished)
+MakeHumanParameters makehuman_parameters(const MakeHuman& source, const Adult& adult, MakeHumanParameters wished,
+                                         const ProportionValues& lengths)
 {
+    wished.details.resize(makehuman_details().size(), 0.0);
     wished.sex = adult.male ? 1.0 : 0.0;
     // MakeHuman's slider runs from 25 years and less, 0.5, to 90, 1.
     wished.age = 0.5 + std::max(0.0, adult.age_years - 25.0) / 130.0;
     double place = 0.6, height = 0.5, reached_stature = 0.0, reached_bmi = 0.0;
+    std::optional<MakeHumanParameters> settled;  ///< right but for the proportions
     for (int round = 0; round < max_rounds; ++round) {
         // Stature rises with the slider, and hardly depends on weight.
         double low = 0.0, high = 1.0;
@@ -84,15 +92,26 @@ MakeHumanParameters makehuman_parameters(const MakeHuman& source, const Adult& a
             (reached_bmi < adult.bmi ? low : high) = place;
             place = 0.5 * (low + high);
         }
-        reached_stature = stature(source.evaluate(on_path(wished, place)).vertices);
-        if (std::abs(reached_stature - adult.stature_m) < stature_tolerance_m &&
-            std::abs(reached_bmi - adult.bmi) < bmi_tolerance)
-            return on_path(wished, place);
+        const MakeHumanParameters reached = on_path(wished, place);
+        const ParametricSurface surface = source.evaluate(reached);
+        reached_stature = stature(surface.vertices);
+        const double miss = approach_proportions(surface, lengths, wished);
+        const bool good = std::abs(reached_stature - adult.stature_m) < stature_tolerance_m &&
+                          std::abs(reached_bmi - adult.bmi) < bmi_tolerance;
+        if (good && miss < proportion_tolerance) return reached;
+        if (good) settled = reached;
     }
+    if (settled) return *settled;
     throw Error(
         fmt::format("MakeHuman's body cannot be {:.3f} m tall with a body mass index of {:.1f}: it came to "
                     "{:.3f} m and {:.1f}",
                     adult.stature_m, adult.bmi, reached_stature, reached_bmi));
+}
+
+MakeHumanParameters mean_adult(const MakeHuman& source, bool male)
+{
+    return makehuman_parameters(source, {male, 25.0, adult_statistics(male).mean_stature_m, mean_bmi}, {},
+                                usual_proportions(male ? 1.0 : 0.0));
 }
 
 MakeHumanParameters sample_parameters(const MakeHuman& source, std::uint64_t seed, int body_idx,
@@ -106,7 +125,11 @@ MakeHumanParameters sample_parameters(const MakeHuman& source, std::uint64_t see
     wished.proportions = std::clamp(0.5 + options.proportion_spread * random.normal(), 0.05, 0.95);
     for (std::size_t i = 0; i < makehuman_details().size(); ++i)
         wished.details.push_back(std::clamp(options.detail_spread * random.normal(), -max_detail, max_detail));
-    return makehuman_parameters(source, adult, wished);
+    std::array<double, num_proportions> deviations{};
+    for (double& deviation : deviations)
+        deviation = std::clamp(options.length_spread * random.normal(), -max_length_deviation, max_length_deviation);
+    correlate_legs(deviations);
+    return makehuman_parameters(source, adult, wished, usual_proportions(adult.male ? 1.0 : 0.0, deviations));
 }
 
 Skin skin_on_template(const Template& body_template, const ParametricSurface& surface, const std::string& name)
@@ -166,6 +189,7 @@ SkinSet sample_skins(const Template& body_template, const std::string& makehuman
 {
     options.check();
     const auto person = person_source(body_template, makehuman_folder, seed, options);
+    const SkeletonPlacer placer(body_template);
     SkinSet skins;
     skins.parameter_names = {"sex", "age_years", "stature_m", "mass_kg", "bmi"};
     skins.parameters.resize(count, 5);
@@ -177,6 +201,7 @@ SkinSet sample_skins(const Template& body_template, const std::string& makehuman
         try {
             const SampledPerson p = person(b);
             Skin body = skin_on_template(body_template, p.surface, fmt::format("body_{:04d}", b));
+            body.joint_positions = placer.joints(body, p.sex);
             // Of the source's own surface: a coarse tessellation cuts some percent of the volume off.
             const double height = stature(p.surface.vertices);
             const double mass = body_density * enclosed_volume(p.surface.vertices, p.surface.triangles);

@@ -5,6 +5,7 @@
 #include "ndg/body_source/adult_statistics.h"
 #include "ndg/core/options.h"
 #include "ndg/makehuman/makehuman.h"
+#include "ndg/people/proportions.h"
 
 #include <cstdint>
 #include <string>
@@ -16,7 +17,8 @@ struct BodySamplingOptions {
     double min_bmi = 17.0, max_bmi = 45.0;
     double muscle_spread = 0.2;       ///< standard deviation of MakeHuman's muscle slider (0..1)
     double proportion_spread = 0.18;  ///< of its proportions
-    double detail_spread = 0.2;       ///< of each of makehuman_details()
+    double detail_spread = 0.2;       ///< of each of makehuman_details() that no length of proportions() depends on
+    double length_spread = 0.8;       ///< of the lengths of proportions(), in published standard deviations
 
     /// check_options, and that the range of the body mass index is at least 1.
     void check() const;
@@ -24,10 +26,15 @@ struct BodySamplingOptions {
 void describe(OptionList& list, BodySamplingOptions& options);
 
 /// MakeHuman's parameters for an adult of the muscle, proportions and details of `wished`: muscle is no more than a
-/// wish; height is solved for the stature (within 1 mm), and weight for the body mass index (within 0.05). Who is
+/// wish; height is solved for the stature (within 1 mm), weight for the body mass index (within 0.05), and the details
+/// that `lengths` are about for these (within 0.002 of the stature, as far as MakeHuman's details reach). Who is
 /// heavier than the weight slider reaches gets fullness and less muscle than wished, who is lighter less muscle too:
 /// MakeHuman's heaviest have no muscle. Throws Error naming what cannot be reached.
-MakeHumanParameters makehuman_parameters(const MakeHuman& source, const Adult& adult, MakeHumanParameters wished);
+MakeHumanParameters makehuman_parameters(const MakeHuman& source, const Adult& adult, MakeHumanParameters wished,
+                                         const ProportionValues& lengths);
+
+/// The mean adult of that sex, 25 years old, with a body mass index of 23.5 and of usual proportions.
+MakeHumanParameters mean_adult(const MakeHuman& source, bool male);
 
 /// Parameters of body `body_idx`. Depends on (seed, body_idx) and the options alone.
 MakeHumanParameters sample_parameters(const MakeHuman& source, std::uint64_t seed, int body_idx,

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "ndg/placement/skeleton_placer.h"
+
+#include "ndg/geometry/triangle_mesh.h"
+
+#include <algorithm>
+
+namespace ndg {
+
+std::vector<AnatomyMesh> template_bones(const Template& body_template)
+{
+    std::vector<AnatomyMesh> bones;
+    for (const AnatomyPart& part : body_template.anatomy_parts) {
+        if (part.layer != AnatomyLayer::bone) continue;
+        AnatomyMesh bone;
+        bone.name = part.name;
+        bone.fma_id = part.fma_id;
+        bone.side = part.side;
+        bone.vertices =
+            body_template.anatomy_vertices.middleRows(part.vertex_begin, part.vertex_end - part.vertex_begin);
+        bone.triangles =
+            body_template.anatomy_triangles.middleRows(part.triangle_begin, part.triangle_end - part.triangle_begin)
+                .array() -
+            part.vertex_begin;
+        bones.push_back(std::move(bone));
+    }
+    return bones;
+}
+
+bool SkeletonPlacer::has_trunk_bones(const Template& body_template)
+{
+    return std::any_of(body_template.anatomy_parts.begin(), body_template.anatomy_parts.end(),
+                       [](const AnatomyPart& part) { return part.name.find("lumbar vertebra") != std::string::npos; });
+}
+
+SkeletonPlacer::SkeletonPlacer(const Template& body_template)
+    : template_(&body_template), bones_(ndg::trunk_bones(template_bones(body_template)))
+{
+    const Skeleton& skeleton = body_template.skeleton;
+    RowMatrix weights = RowMatrix::Zero(body_template.rest.skin_vertices.rows(), skeleton.num_joints());
+    for (Eigen::Index v = 0; v < weights.rows(); ++v)
+        for (int k = 0; k < max_influences; ++k)
+            weights(v, body_template.skin_weights.joints(v, k)) += body_template.skin_weights.weights(v, k);
+    on_trunk_ = on_trunk(weights);
+    for (const char* name : {"pelvis", "spine_1", "spine_2", "spine_3", "spine_4", "spine_5", "neck_1", "neck_2",
+                             "left_clavicle", "right_clavicle", "left_thigh", "right_thigh"})
+        trunk_joints_.push_back(skeleton.joint(name));
+}
+
+TrunkMap SkeletonPlacer::trunk_map(const Skin& skin, double sex) const
+{
+    TrunkTarget target;
+    target.vertices = skin.skin_vertices;
+    target.triangles = template_->skin_triangles;
+    target.on_trunk = on_trunk_;
+    target.joints = skin.joint_positions;
+    target.stature = stature(skin.skin_vertices);
+    target.bmi = body_density * enclosed_volume(skin.skin_vertices, template_->skin_triangles) /
+                 (target.stature * target.stature);
+    target.sex = sex;
+    return TrunkMap(bones_, template_->rest.joint_positions, target);
+}
+
+Points SkeletonPlacer::joints(const Skin& skin, double sex) const
+{
+    const TrunkMap map = trunk_map(skin, sex);
+    Points joints = skin.joint_positions;
+    for (const int j : trunk_joints_)
+        joints.row(j) = map(template_->rest.joint_positions.row(j).transpose()).transpose();
+    return joints;
+}
+
+}  // namespace ndg
