@@ -2,6 +2,7 @@
 #include "ndg/body_source/bone_cover.h"
 #include "ndg/core/angles.h"
 #include "ndg/measures/measured_parts.h"
+#include "ndg/placement/trunk_bones.h"
 
 #include <fmt/format.h>
 
@@ -30,12 +31,6 @@ std::string level_name(int level)
 Eigen::Vector3d front_of_body(const Points& vertebra)
 {
     return middle(between_shares(vertebra, Eigen::Vector3d::UnitZ(), 2.0 / 3.0, 1.0));
-}
-
-/// The fifth of a bone's breadth that lies in its middle.
-Points midline(const Points& bone)
-{
-    return between_shares(bone, Eigen::Vector3d::UnitX(), 0.4, 0.6);
 }
 
 /// Slope of the sacrum's upper end plate, radians, positive where it faces forward: from the promontory, its front
@@ -70,11 +65,10 @@ void add_spine_measures(const MeasuredBones& body, MeasureTable& table)
         const Points& vertebra = body.bone(names[level]);
         fronts.push_back(front_of_body(vertebra));
         const double expected = spinous_depth(level, body.bmi);
-        table.add_gate({level_name(level) + " spinous process, depth",
-                        "rearmost point of the vertebra on the midline, to the skin", MeasureUnit::millimetre,
-                        "by body mass index: Kawchuk 2011, Ravi 2011, CT of 649 (bone_cover.h)"},
-                       body.depth(farthest(midline(vertebra), -Eigen::Vector3d::UnitZ())),
-                       std::max(0.0, expected - depth_tolerance), expected + depth_tolerance);
+        table.add_gate(
+            {level_name(level) + " spinous process, depth", "tip of the process to the skin", MeasureUnit::millimetre,
+             "by body mass index: Kawchuk 2011, Ravi 2011, CT of 649 (bone_cover.h)"},
+            body.depth(spinous_tip(vertebra)), std::max(0.0, expected - depth_tolerance), expected + depth_tolerance);
     }
     // Tangents of the curve through the fronts of the bodies, as inclinometers on the back take them.
     const double upper = lean(fronts[level_t1 + 1], fronts[level_c7]),

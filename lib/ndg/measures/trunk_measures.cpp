@@ -1,17 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ndg/body_source/bone_cover.h"
+#include "ndg/core/error.h"
 #include "ndg/measures/measured_parts.h"
+#include "ndg/placement/skeleton_placer.h"
+#include "ndg/placement/trunk_bones.h"
 
 #include <algorithm>
-#include <array>
+#include <limits>
 
 namespace ndg {
 namespace {
 
 using Vec = Eigen::Vector3d;
 
-constexpr std::array<const char*, 10> ordinals = {"first", "second",  "third",  "fourth", "fifth",
-                                                  "sixth", "seventh", "eighth", "ninth",  "tenth"};
 constexpr double mean_bmi = 27.2;
 const char* const ansur = "ANSUR II, Gordon 2014";
 
@@ -60,7 +61,7 @@ void add_pelvis(const MeasuredBones& body, MeasureTable& table)
     if (!body.has({"left hip bone", "right hip bone", "left tibia", "right tibia"})) return;
     const Pelvis p = pelvis_of(body);
     // Both grow with fat; the 67 adults stand for the mean body mass index of adults.
-    const double flank = flank_cover_growth(body.bmi, mean_bmi),
+    const double flank = rib_side_depth(body.bmi) - rib_side_depth(mean_bmi),
                  back = spinous_depth(level_l5, body.bmi) - spinous_depth(level_l5, mean_bmi);
     add_cover(
         table,
@@ -107,19 +108,19 @@ void add_thorax(const MeasuredBones& body, MeasureTable& table)
     if (tenths > 0.0)
         table.add({"sternum, depth", "mean of its front from top to bottom, to the skin", MeasureUnit::millimetre},
                   depths / tenths);
-    double left = -1e9, right = 1e9, back = 1e9;
-    for (const char* ordinal : ordinals)
-        for (const std::string side : {"left", "right"}) {
-            const AnatomyMesh* rib = body.bones.find(side + " " + ordinal + " rib");
-            if (rib == nullptr) return;
-            left = std::max(left, rib->vertices.col(0).maxCoeff());
-            right = std::min(right, rib->vertices.col(0).minCoeff());
-            back = std::min(back, rib->vertices.col(2).minCoeff());
-        }
-    table.add_gate({"rib cage, depth over breadth", "rearmost rib to foremost sternum over breadth of the ribs",
-                    MeasureUnit::number, "0.675 in CT of 649; 0.68 F, 0.69 M by caliper, Heinz 2003; 0.6 to 0.8"},
-                   (sternum.col(2).maxCoeff() - back) / (left - right), 0.6, 0.8);
-    table.add({"rib cage, breadth over stature", "greatest breadth of ribs 1 to 10"}, (left - right) / body.stature_m);
+    double depth = std::numeric_limits<double>::quiet_NaN(), breadth = depth;
+    try {
+        const TrunkBones trunk = trunk_bones(body.meshes);
+        depth = trunk.cage_depth();
+        breadth = trunk.cage_breadth();
+    } catch (const Error&) {
+        // A spine so wrong that its levels are out of order has no depth of the cage, and misses the gate.
+    }
+    table.add_gate(
+        {"rib cage, depth over breadth", "spinous process to breastbone at its middle over breadth of the ribs",
+         MeasureUnit::number, "0.675 in CT of 649; 0.68 F, 0.69 M by caliper, Heinz 2003; 0.6 to 0.8"},
+        depth / breadth, 0.6, 0.8);
+    table.add({"rib cage, breadth over stature", "greatest breadth of the ribs"}, breadth / body.stature_m);
 }
 
 void add_shoulders(const MeasuredBones& body, MeasureTable& table)
@@ -139,7 +140,7 @@ void add_shoulders(const MeasuredBones& body, MeasureTable& table)
 
 void add_trunk_measures(const MeasuredBones& body, MeasureTable& table)
 {
-    add_thorax(body, table);
+    if (SkeletonPlacer::has_trunk_bones(body.body_template)) add_thorax(body, table);
     add_shoulders(body, table);
     add_pelvis(body, table);
 }
