@@ -10,7 +10,9 @@ BENCH   ?= all
 CONFIG  ?= configs/$(PRESET).json
 
 .DELETE_ON_ERROR:
-.SECONDARY:
+# Kept although only rules of patterns name them. Not .SECONDARY: files that stand for a choice must not count as
+# intermediate, or a choice that was never made would leave what depends on it as it is.
+.PRECIOUS: out/templates/%.h5
 .DEFAULT_GOAL := help
 MAKEFLAGS += --no-builtin-rules
 SHELL := /bin/bash
@@ -25,7 +27,7 @@ help: ## list the targets and variables
 	@printf 'Targets:\n'; grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sort | sed -E 's/^([a-z-]+):.*## /  \1\t/' | expand -t 16
 	@printf 'Variables:\n  PRESET=demo|desk|paper|smoke  which configs/<preset>.json (results go to out/<preset>/)\n'
 	@printf '  DATA=<folder>      folder with makehuman/, bodyparts3d/, motion/; without it: the built-in body and motions\n'
-	@printf '  SOURCE=anatomy|procedural  where bodies come from\n  SEX=male|female    of the template body\n  MOTION=<folders>   motions to import\n  JOBS=<n>           parallel build jobs\n'
+	@printf '  SOURCE=anatomy|procedural  where bodies come from\n  SEX=male|female    of the template body\n  MOTION=<folders>   motions to import\n  SCAN=<file>        of one person, for body and animate\n  JOBS=<n>           parallel build jobs\n'
 
 deps: ## install the Debian packages that are missing
 	@pipelines/install-packages.sh
@@ -50,6 +52,7 @@ include pipelines/dataset.mk
 include pipelines/bodies.mk
 include pipelines/train.mk
 include pipelines/eval.mk
+include pipelines/scan.mk
 include pipelines/slurm/slurm.mk
 
 demo: PRESET := demo

@@ -41,10 +41,10 @@ $(FITTED)/skins.h5: $(OUT)/template.h5 $(FITTED)/truth.h5 $(FITTED)/examples.h5
 	@rm -rf $(FITTED)/surfaces
 	$(FIT_STAGE) fit-body $(BIN)/fit-body $(RUN) --template $< --scan $(FITTED)/scans --people $(FITTED)/people.json \
 	    --examples $(FITTED)/examples.h5 --truth $(FITTED)/truth.h5 --surfaces $(FITTED)/surfaces \
-	    --report $(FITTED)/fits.json --min-passed 0.99 --output $@ | tee $(FITTED)/fits.txt
+	    --report $(FITTED)/fits.json --min-passed 0.99 $(OUTSIDE) --output $@ | tee $(FITTED)/fits.txt
 
 $(FITTED)/bodies.h5: $(OUT)/template.h5 $(FITTED)/skins.h5
-	$(FIT_STAGE) build-layers $(BIN)/build-layers $(RUN) --template $< --skins $(FITTED)/skins.h5 --output $@ \
+	$(FIT_STAGE) build-layers $(BIN)/build-layers $(RUN) --template $< --skins $(FITTED)/skins.h5 $(OUTSIDE) --output $@ \
 	    | tee $(FITTED)/layers.txt
 
 $(FITTED)/report.txt: $(FITTED)/bodies.h5

@@ -15,6 +15,8 @@ CHECK_DATA = @test "$(SOURCE)" = procedural || for d in makehuman bodyparts3d; d
 MAKEHUMAN = $(if $(filter anatomy,$(SOURCE)),--makehuman "$(DATA)/makehuman")
 BODYPARTS3D = $(if $(filter anatomy,$(SOURCE)),--bodyparts3d "$(DATA)/bodyparts3d")
 STAGE = @pipelines/stage.sh $(OUT)
+# Bodies outside of published ranges are named; empty: they are left out as well, and the make ends when there are any.
+OUTSIDE ?= --keep-outside
 RUN = --config $(CONFIG) --force
 
 .PHONY: templates poses dataset
@@ -45,7 +47,7 @@ $(OUT)/skins.h5: $(OUT)/template.h5 $(CONFIG)
 	$(STAGE) sample-bodies $(BIN)/sample-bodies $(RUN) --template $< $(MAKEHUMAN) --output $@
 
 $(OUT)/bodies.h5: $(OUT)/template.h5 $(OUT)/skins.h5 $(CONFIG)
-	$(STAGE) build-layers $(BIN)/build-layers $(RUN) --template $(OUT)/template.h5 --skins $(OUT)/skins.h5 --output $@
+	$(STAGE) build-layers $(BIN)/build-layers $(RUN) --template $(OUT)/template.h5 --skins $(OUT)/skins.h5 $(OUTSIDE) --output $@
 
 $(OUT)/motion.h5: $(OUT)/template.h5 $(CONFIG) $(MOTION_CHOICE)
 	$(STAGE) import-motion $(BIN)/import-motion $(RUN) --template $< --joint-maps configs/joint-maps \

@@ -97,6 +97,13 @@ Eigen::VectorXf skin_volume_change(const Template& body_template, const Body& bo
     return values;
 }
 
+/// How many samples of the file, or poses, there are from `asked` on; 1 for a body at rest.
+int remaining_frames(const Selection& asked, const PoseSet& poses, const std::vector<DeformationSet>& files)
+{
+    if (asked.sample_idx >= 0) return std::max(1, (files.size() == 1 ? files[0].size() : 0) - asked.sample_idx);
+    return asked.pose_idx < 0 ? 1 : std::max(1, poses.size() - asked.pose_idx);
+}
+
 /// `num_frames` poses or samples from `asked` on. Keeps references to `settings` and `inputs`.
 MeshSequence mesh_sequence(const Selection& asked, int num_frames, const std::string& surface,
                            const PictureSettings& settings, const Inputs& inputs)
@@ -159,6 +166,7 @@ int main(int argc, char** argv)
     int count = 3, num_frames = 1;
     PictureSettings settings;
     ContactSheetSettings sheet;
+    SectionChoice section;
     int height = 0;
     tool.input("template", template_path, "Template");
     tool.input("bodies", bodies_path, "Layered bodies");
@@ -175,26 +183,27 @@ int main(int argc, char** argv)
     tool.parameter(
         "frames", num_frames,
         "Poses or samples from --pose or --sample on that --mesh holds; where each is a file, its name holds "
-        "the place of the number, out_{:04}.ply",
-        1, 1000000);
+        "the place of the number, out_{:04}.ply; 0: all",
+        0, 1000000);
     tool.parameter("surface", surface, "What --mesh holds",
                    {"all", "skin", "muscle_wrap", "bone_wrap", "bones", "muscles"});
     tool.parameter("picture-kind", kind, "What the picture shows",
-                   {"body", "layers", "cut", "frames", "bodies", "poses"});
+                   {"body", "layers", "cut", "section", "frames", "bodies", "poses"});
+    tool.parameter("plane", section.kind, "Plane of the sections, for --picture-kind section");
+    tool.parameter("through", section.joint, "Joint the plane goes through; empty: pelvis, left_upper_arm or spine_4");
+    tool.parameter("offset", section.offset, "Metres from there to the left, forward or up", -2.0, 2.0);
     tool.parameter("view", settings.view, "Where the camera stands");
     tool.parameter("colour", colour, "Skin in plain colour or by volume change", {"plain", "volume"});
     tool.parameter("colour-range", settings.colour_range, "Volume change shown in full colour", 1e-3, 10.0);
     tool.parameter("split", split, "Split the frames are taken from", split_names);
-    tool.parameter("count", count, "Number of frames, bodies or poses shown", 1, 2000);
+    tool.parameter("count", count,
+                   "Number of frames, bodies or poses shown (section: 1 for the one of --body, more spread evenly)", 1,
+                   2000);
     tool.parameter("height", height, "Pixels of one body; 0: 1200, and 200 on a sheet of poses", 0, 8192);
     tool.parameter("supersampling", settings.samples_per_axis, "Rays along each side of a pixel", 1, 8);
 
     return tool.run(argc, argv, [&] {
         require_input(!mesh_path.empty() || !picture_path.empty(), "Give --picture, --mesh or both");
-        if (!mesh_path.empty())
-            for (const std::string& file : exported_files(mesh_path, num_frames))
-                require_input(tool.force() || !std::filesystem::exists(file),
-                              "--mesh: {} exists already, give --force to overwrite it", file);
         sheet.view = settings.view;
         sheet.samples_per_axis = settings.samples_per_axis;
         if (height > 0) settings.height = sheet.cell_height = height;
@@ -206,6 +215,11 @@ int main(int argc, char** argv)
         std::vector<DeformationSet> files;
         for (const std::string& path : deformation_paths)
             files.push_back(open_deformations(path, body_template.num_volume_vertices()));
+        if (num_frames == 0) num_frames = remaining_frames(asked, poses, files);
+        if (!mesh_path.empty())
+            for (const std::string& file : exported_files(mesh_path, num_frames))
+                require_input(tool.force() || !std::filesystem::exists(file),
+                              "--mesh: {} exists already, give --force to overwrite it", file);
         const BodyPoser poser(body_template);
         const Inputs inputs{poser, bodies, poses, files};
         if (!mesh_path.empty()) {
@@ -223,6 +237,12 @@ int main(int argc, char** argv)
             if (kind == "body") write_png(picture_path, body_picture(body_template, body, geometry, settings));
             if (kind == "layers") write_png(picture_path, layers_picture(body_template, geometry, settings));
             if (kind == "cut") write_png(picture_path, sections_picture(body_template, body, settings));
+        }
+        if (kind == "section") {
+            select(asked, inputs);
+            const std::vector<int> shown =
+                count == 1 ? std::vector<int>{asked.body_idx} : spread_indices(int(bodies.bodies.size()), count);
+            write_png(picture_path, section_sheet(body_template, bodies, shown, section, settings));
         }
         if (kind == "frames")
             write_png(picture_path, frames_picture(poser, bodies, poses, files, split, count, settings));

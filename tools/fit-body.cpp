@@ -4,6 +4,7 @@
 #include "ndg/core/hash.h"
 #include "ndg/core/interrupt.h"
 #include "ndg/core/tool.h"
+#include "ndg/measures/measure_report.h"
 #include "ndg/registration/batch_report.h"
 #include "ndg/registration/fit_part.h"
 #include "ndg/scan/people.h"
@@ -33,7 +34,7 @@ int main(int argc, char** argv)
     BatchOptions batch;
     FitOptions options;
     Person person;
-    bool keep_failed = false;
+    bool keep_failed = false, keep_outside = false;
     double min_passed = 1.0;
     tool.input("template", template_path, "template file");
     tool.input("scan", scans, "OBJ, PLY, OFF, STL or GLB files, or folders of them");
@@ -55,6 +56,9 @@ int main(int argc, char** argv)
     tool.parameter("sex", person.sex, "of people without an entry: 0 female, 1 male", 0.0, 1.0);
     tool.parameter("age-years", person.age_years, "of people without an entry", 18.0, 110.0);
     tool.parameter("keep-failed", keep_failed, "write bodies that miss the gate too");
+    tool.parameter("keep-outside", keep_outside,
+                   "joints outside of published ranges are named, but fail no body (ndg-info SKINS --template TEMPLATE "
+                   "lists them)");
     tool.parameter("min-passed", min_passed, "exit code 3 when a smaller share of the scans passes", 0.0, 1.0);
     return tool.run(argc, argv, [&] {
         catch_interrupts();
@@ -74,8 +78,22 @@ int main(int argc, char** argv)
         const BodyFitter fitter(body_template, options, joint_examples);
         const std::vector<std::string> files = scan_files(scans);
         const PartStore store(output, scan_parts, fit_key(options, hashes), tool.force());
-        const std::vector<BatchEntry> entries =
+        std::vector<BatchEntry> entries =
             fit_batch(fitter, files, options, body_template.skin_triangles, batch, store, interrupt_requested);
+        const auto person_of = [&](const std::string& name) {
+            const auto found = known.find(name);
+            return found == known.end() ? person : found->second;
+        };
+        for (BatchEntry& entry : entries) {
+            if (!entry.failure.empty()) continue;
+            const MeasuredBody measured = measure_skin(body_template, entry.fitted.body, person_of(entry.name()));
+            std::vector<std::string>& defects = entry.fitted.report.defects;
+            const std::vector<std::string> outside = measured.failures();
+            if (keep_outside)
+                fmt::print("{}", failure_report({measured}));
+            else
+                defects.insert(defects.end(), outside.begin(), outside.end());
+        }
 
         const BatchReport report(entries, truth, body_template.skin_triangles);
         fmt::print("{}", report.text(entries));
@@ -91,8 +109,7 @@ int main(int argc, char** argv)
             throw QualityError(fmt::format("none of the {} scans passes, {} is not written", entries.size(), output));
         }
         SkinSet skins = batch_skins(entries, keep_failed, [&](const std::string& name) {
-            const auto found = known.find(name);
-            const Person& p = found == known.end() ? person : found->second;
+            const Person p = person_of(name);
             return std::make_pair(p.sex, p.age_years);
         });
         skins.template_sha256 = body_template.file_sha256;

@@ -3,23 +3,26 @@
 #include "ndg/core/interrupt.h"
 #include "ndg/core/tool.h"
 #include "ndg/dataset/check_dataset.h"
+#include "ndg/dataset/sample_inputs.h"
 #include "ndg/dataset/shards.h"
 #include "ndg/simulation/replay.h"
 
 int main(int argc, char** argv)
 {
     using namespace ndg;
-    Tool tool("simulate-fem", "Simulates every sample's flesh and skin to static equilibrium; shardable and resumable.",
-              "simulate-fem --template template.h5 --bodies bodies.h5 --poses poses.h5 --splits splits.h5 "
-              "--output samples.h5");
-    std::string template_path, bodies_path, poses_path, splits_path, output, replay_output, shard_text = "0/1";
+    Tool tool(
+        "simulate-fem",
+        "Simulates every sample's flesh and skin to static equilibrium: all of --splits, or one body in the poses of "
+        "a file; shardable and resumable.",
+        "simulate-fem --template template.h5 --bodies bodies.h5 --poses poses.h5 --splits splits.h5 "
+        "--output samples.h5");
+    SampleInputs inputs;
+    std::string output, replay_output, shard_text = "0/1";
     int replay_idx = -1;
     SimulationOptions options;
     double min_converged = 0.99;
-    tool.input("template", template_path, "template");
-    tool.input("bodies", bodies_path, "bodies");
-    tool.input("poses", poses_path, "poses");
-    tool.input("splits", splits_path, "splits and pairs");
+    inputs.add_files(tool);
+    inputs.add_splits(tool);
     tool.output("output", output, "deformed samples; a shard i of n goes to <output>.shards/<i>-of-<n>.h5", true, true);
     tool.output("replay-output", replay_output, "start and result of --replay, as two samples to look at", false);
     tool.parameter("shard", shard_text, "i/n: only every n-th pair from i on; collect-samples joins the shards");
@@ -29,10 +32,14 @@ int main(int argc, char** argv)
     tool.parameter("min-converged", min_converged, "smallest share of converged samples for exit code 0", 0, 1);
     return tool.run(argc, argv, [&] {
         catch_interrupts();
-        const Template body_template = read_template(template_path);
-        const BodySet bodies = read_bodies(bodies_path, body_template);
-        const PoseSet poses = read_poses(poses_path);
-        const Splits splits = read_splits(splits_path, static_cast<int>(bodies.bodies.size()), poses.size());
+        inputs.read();
+        const Template& body_template = inputs.body_template;
+        const BodySet& bodies = inputs.bodies;
+        const PoseSet& poses = inputs.poses;
+        const Splits& splits = inputs.splits;
+        const Shard shard = parse_shard(shard_text);
+        require_input(shard.count == 1 || !inputs.by_body(), "--shard {} goes with --splits, not with --body",
+                      shard_text);
 
         if (replay_idx >= 0) {
             const Replay replay = replay_sample(body_template, bodies, poses, splits, replay_idx, options);
@@ -43,7 +50,6 @@ int main(int argc, char** argv)
             if (!replay_output.empty()) write_replay(replay_output, replay, tool.provenance());
             return;
         }
-        const Shard shard = parse_shard(shard_text);
         const std::string shard_output = shard_path(output, shard);
         const DeformationSet set = simulate_samples(body_template, bodies, poses, sample_tasks(splits, shard), options,
                                                     shard_output, tool.provenance(), interrupt_requested, tool.force());

@@ -11,6 +11,8 @@ using namespace ndg;
 
 namespace {
 
+enum class Which { files, splits, samples };
+
 struct Fixture {
     test::TemporaryFolder folder;
     test::SmallDataset dataset = test::small_dataset(4, 5);
@@ -18,11 +20,12 @@ struct Fixture {
     Fixture() { test::write_small_dataset(folder.path(), dataset); }
 
     /// Exit code of a tool that reads the inputs, given these arguments beside the files.
-    int read(SampleInputs& inputs, std::vector<std::string> arguments, bool with_samples = true) const
+    int read(SampleInputs& inputs, std::vector<std::string> arguments, Which which = Which::samples) const
     {
         Tool tool("test-inputs", "Reads inputs.", "test-inputs");
         inputs.add_files(tool);
-        if (with_samples) inputs.add_samples(tool);
+        if (which == Which::splits) inputs.add_splits(tool);
+        if (which == Which::samples) inputs.add_samples(tool);
         arguments.insert(arguments.begin(), "test-inputs");
         for (const char* name : {"template", "bodies", "poses"}) {
             arguments.push_back(std::string("--") + name + "=" + folder.file(std::string(name) + ".h5"));
@@ -51,9 +54,24 @@ TEST_CASE_METHOD(Fixture, "Samples are the pairs of a split, or a body in all po
     CHECK(body.samples.pair_splits[7] == "train");
     REQUIRE(read(pose, {"--body=2", "--pose=7"}) == exit_done);
     CHECK(pose.samples.pairs == std::vector<SamplePair>{{2, 7}});
-    REQUIRE(read(none, {}, false) == exit_done);
+    REQUIRE(read(none, {}, Which::files) == exit_done);
     CHECK(none.samples.pairs.empty());
     CHECK(none.poses.size() == dataset.poses.size());
+}
+
+TEST_CASE_METHOD(Fixture, "All splits, or a body in poses without any")
+{
+    SampleInputs all, body, both;
+    REQUIRE(read(all, {"--splits=" + folder.file("splits.h5")}, Which::splits) == exit_done);
+    CHECK(all.splits.pairs == dataset.splits.pairs);
+    CHECK_FALSE(all.by_body());
+    CHECK(all.samples.pairs.empty());
+    REQUIRE(read(body, {"--body=2", "--pose=7"}, Which::splits) == exit_done);
+    CHECK(body.by_body());
+    CHECK(body.splits.pairs.at("test") == std::vector<SamplePair>{{2, 7}});
+    CHECK(body.splits.pairs.at("train").empty());
+    CHECK(body.splits.poses.at("test") == std::vector<int>{7});
+    CHECK(read(both, {}, Which::splits) == exit_bad_input);
 }
 
 TEST_CASE_METHOD(Fixture, "Samples that are not there, or asked for in two ways, are input errors")

@@ -10,6 +10,9 @@ import sys
 import tempfile
 import time
 
+import h5py  # Debian's python3-h5py
+import numpy
+
 from dataset_files import differing_dataset, parts, run
 
 failures = []
@@ -89,8 +92,28 @@ try:
         check(code == 0, command[0] + (text if code else ""))
 
     check_batch("build-layers", lambda output, *arguments: [
-        tool + "build-layers", "--template", template, "--skins", skins, "--output", output, *arguments],
+        tool + "build-layers", "--template", template, "--skins", skins, "--keep-outside", "--output", output, *arguments],
         ["--smoothness", "0.5"])
+    # A body whose shoulder joints are too near to each other is named and left out, or kept when asked.
+    spoilt, output = folder + "/spoilt.h5", folder + "/inside.h5"
+    shutil.copy(skins, spoilt)
+    with h5py.File(template) as file:
+        joints = [name.decode() for name in file["skeleton/joint_names"]]
+    with h5py.File(spoilt, "r+") as file:
+        positions = file["bodies/joint_positions"]
+        apart = positions[0, joints.index("left_upper_arm"), 0] * 2 / numpy.ptp(file["bodies/skin_vertices"][0, :, 1])
+        for side in ("left", "right"):
+            positions[0, joints.index(side + "_upper_arm"), 0] *= 0.175 / apart
+    command = [tool + "build-layers", "--template", template, "--skins", spoilt, "--output", output, "--force"]
+    code, text = run(command + ["--keep-outside"])
+    with h5py.File(output) as file:
+        check(code == 0 and len(file["bodies/names"]) == 16 and "shoulder joints apart: 0.175, allowed 0.180 to" in text,
+              "build-layers --keep-outside: all are written, the spoilt one is named" + (text if code else ""))
+    outside = [line.split()[1] for line in text.splitlines() if " is outside: " in line]
+    code, text = run(command)
+    names = [name.decode() for name in h5py.File(output)["bodies/names"]] if len(outside) < 16 and os.path.exists(output) else []
+    check(code == 3 and not set(names) & set(outside) and len(names) + len(outside) == 16,
+          f"build-layers: {len(outside)} bodies outside of published ranges are left out, exit code {code}")
     check_batch("fit-body", lambda output, *arguments: [
         tool + "fit-body", "--template", template, "--scan", scans, "--rounds", "1", "--iterations", "4",
         "--max-points", "2000", "--keep-failed", "--min-passed", "0", "--output", output, *arguments],

@@ -56,6 +56,32 @@ try:
         check((one["deformations/vertices"][:] == two["deformations/vertices"][:]).all(),
               "infer-ndg and reconstruct give the vertices that animate gives")
 
+    # One body in one pose, without splits, is the sample that the dataset has.
+    with h5py.File(f"{out}/fem.h5") as samples:
+        body, pose = samples["deformations/pairs"][0]
+        stored = samples["deformations/vertices"][0]
+    tool("simulate-fem", f"--config={source}/configs/smoke.json", *files, f"--body={body}", f"--pose={pose}",
+         f"--output={out}/single.h5")
+    with h5py.File(f"{out}/single.h5") as single:
+        check((single["deformations/vertices"][0] == stored).all(), "simulate-fem --body gives the dataset's sample")
+
+    # One scan: a layered body, and that body in a motion by the network.
+    if data is None:
+        scan, own = f"{out}/scan.obj", f"{out}/own"
+        tool("export-scene", *files, f"--body={body}", "--surface=skin", f"--mesh={scan}")
+        scanned = command[:6] + ["-o", "build", f"SCAN={scan}", f"OWN={own}", "METHOD=ndg", "FRAME_RATE=4", "body", "animate"]
+        run = subprocess.run(scanned, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env=environment)
+        print(run.stdout[-3000:])
+        check(run.returncode == 0, "make body and make animate end with exit code 0")
+        with open(f"{own}/report.txt") as file:
+            report = file.read()
+        check("1 of 1 scans fitted, 1 pass" in report and "thoracic kyphosis" in report, "the report tells fit and measures")
+        with h5py.File(f"{own}/squat/ndg.h5") as animation, h5py.File(f"{own}/squat/motion.h5") as motion:
+            check(len(animation["deformations/vertices"]) == len(motion["poses/rotations"]) > 20,
+                  "every pose of the motion is there")
+        for name in ("fit.png", "body.png", "section.png", "squat/ndg.png", "squat/ndg.obj", "squat/ndg.pc2"):
+            check(os.path.getsize(f"{own}/{name}") > 1000, f"{name} is there")
+
     # Every file kind, by a reader that is not ours.
     kinds = {"template": "ndg-template", "skins": "ndg-skins", "bodies": "ndg-bodies", "motion": "ndg-poses",
              "poses": "ndg-poses", "splits": "ndg-splits", "fem": "ndg-deformations", "shape_space": "ndg-shape-space",

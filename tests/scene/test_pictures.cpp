@@ -110,6 +110,40 @@ TEST_CASE("Pictures of a body show it")
     CHECK(count_shown(sheet) > 3 * 100);
 }
 
+TEST_CASE("Sections stand in one column a body, at one scale, where they are asked")
+{
+    const Template tube = test::tube_template();
+    BodySet bodies;
+    bodies.bodies.assign(3, tube.rest);
+    bodies.bodies[1].name = "grown";
+    for (Points* points : {&bodies.bodies[1].skin_vertices, &bodies.bodies[1].volume_vertices,
+                           &bodies.bodies[1].interior_vertices, &bodies.bodies[1].joint_positions})
+        *points *= 1.5;
+    PictureSettings settings;
+    settings.height = 300;
+    // Colours that sections_picture gives fat and the inside of the bone wrap.
+    const Pixel fat = pixel_from_linear(linear_from_srgb({0.95f, 0.80f, 0.50f})),
+                core = pixel_from_linear(linear_from_srgb({0.72f, 0.74f, 0.78f}));
+    const auto area = [&](const std::vector<int>& shown, SectionKind kind, const std::string& joint, double offset,
+                          const Pixel& colour) {
+        return test::count_pixels(section_sheet(tube, bodies, shown, {kind, joint, offset}, settings), colour);
+    };
+    const int key = 14 * 14;  // the legend's own patch
+    for (const SectionKind kind : {SectionKind::sagittal, SectionKind::coronal}) {
+        const int small = area({0}, kind, "left_forearm", 0.0, fat) - key;
+        CHECK(small > 100);
+        CHECK(area({0}, kind, "left_forearm", 0.0, core) - key > 100);
+        // Two of them are twice the area; the tallest one is as tall as asked, so that a small one beside it shrinks.
+        CHECK(area({0, 2}, kind, "left_forearm", 0.0, fat) - key == Approx(2 * small).epsilon(0.05));
+        CHECK(area({0, 1}, kind, "left_forearm", 0.0, fat) - key == Approx(small * (1.0 + 1.0 / 2.25)).epsilon(0.1));
+        // Beside the axis less of the inside is cut.
+        CHECK(area({0}, kind, "left_forearm", 0.03, core) < area({0}, kind, "left_forearm", 0.0, core));
+    }
+    CHECK(area({0}, SectionKind::horizontal, "left_forearm", 0.01, fat) - key > 20);
+    CHECK_THROWS_AS(area({0}, SectionKind::sagittal, "tail", 0.0, fat), InputError);
+    CHECK_THROWS_AS(area({0}, SectionKind::sagittal, "left_forearm", 3.0, fat), InputError);
+}
+
 TEST_CASE("A sheet of frames has one row a sample and one column a method")
 {
     const Template tube = test::tube_template();

@@ -1,19 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fits that bones are placed with: spheres, similarities, frames along a bone.
+// Fits that bones are placed with: similarities, frames along a bone.
 #pragma once
 
 #include "ndg/core/types.h"
 
 namespace ndg {
-
-struct Sphere {
-    Eigen::Vector3d centre = Eigen::Vector3d::Zero();
-    double radius = 0.0;
-};
-
-/// Least-squares sphere through points, N x 3, re-weighted (Tukey's biweight) so that points off the sphere, as the
-/// neck of a femur below its head, lose their say. Throws Error for fewer than four points or flat ones.
-Sphere fit_sphere(const Eigen::Ref<const Points>& points);
 
 /// x -> linear * x + translation that takes `from` to `to` (N x 3 each) with least squared error, linear a rotation
 /// times a scale (Umeyama 1991). Throws Error for fewer than three points.

@@ -1,66 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ndg/anatomical/joints.h"
 
-#include "ndg/anatomical/fit.h"
-#include "ndg/core/error.h"
+#include "ndg/body_source/bone_parts.h"
 
-#include <algorithm>
 #include <array>
-#include <cctype>
 
 namespace ndg {
 namespace {
-
-std::string lower(std::string text)
-{
-    for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    return text;
-}
-
-/// Mean of the vertices that lie within `depth` of the one farthest in `direction`.
-Eigen::Vector3d end_centre(const Points& vertices, const Eigen::Vector3d& direction, double depth)
-{
-    const Eigen::VectorXd along = vertices * direction.normalized();
-    const double limit = along.maxCoeff() - depth;
-    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-    double count = 0;
-    for (Eigen::Index v = 0; v < vertices.rows(); ++v) {
-        if (along[v] < limit) continue;
-        sum += vertices.row(v).transpose();
-        count += 1;
-    }
-    return sum / count;
-}
-
-Eigen::Vector3d farthest(const Points& vertices, const Eigen::Vector3d& direction)
-{
-    Eigen::Index v = 0;
-    (vertices * direction).maxCoeff(&v);
-    return vertices.row(v).transpose();
-}
-
-Eigen::Vector3d middle(const Points& vertices)
-{
-    return vertices.colwise().mean().transpose();
-}
-
-/// Vertices whose distance from `centre` is at most `radius`.
-Points near(const Points& vertices, const Eigen::Vector3d& centre, double radius)
-{
-    Points result(vertices.rows(), 3);
-    Eigen::Index count = 0;
-    for (Eigen::Index v = 0; v < vertices.rows(); ++v)
-        if ((vertices.row(v).transpose() - centre).norm() <= radius) result.row(count++) = vertices.row(v);
-    return result.topRows(count);
-}
-
-/// Head of femur or humerus: the sphere through what lies around the end that points up and inwards.
-Eigen::Vector3d head_centre(const Points& vertices, const Eigen::Vector3d& direction, double expected_radius)
-{
-    const Eigen::Vector3d end = end_centre(vertices, direction, 0.6 * expected_radius);
-    const Eigen::Vector3d guess = end - 0.6 * expected_radius * direction.normalized();
-    return fit_sphere(near(vertices, guess, 1.35 * expected_radius)).centre;
-}
 
 void add_arm(const PartFinder& bones, const std::string& side, double lateral, BonePoints& points)
 {
@@ -70,7 +16,7 @@ void add_arm(const PartFinder& bones, const std::string& side, double lateral, B
     set("clavicle", end_centre(bone("clavicle"), -out, 0.008));
     set("acromion_end", end_centre(bone("clavicle"), out, 0.008));
     // Radius of an adult's humeral head: 23 mm (Iannotti et al. 1992: 24 +- 2).
-    set("upper_arm", head_centre(bone("humerus"), up - 0.8 * out, 0.023));
+    set("upper_arm", head_sphere(bone("humerus"), up - 0.8 * out, 0.023).centre);
     const Points& humerus = bone("humerus");
     Points distal = near(humerus, end_centre(humerus, -up, 0.03), 0.045);
     set("lateral_epicondyle", farthest(distal, out));
@@ -110,7 +56,7 @@ void add_leg(const PartFinder& bones, const std::string& side, double lateral, B
     const auto set = [&](const std::string& name, const Eigen::Vector3d& point) { points[side + "_" + name] = point; };
     const Eigen::Vector3d out(lateral, 0, 0), up(0, 1, 0), front(0, 0, 1);
     // Radius of an adult's femoral head: 24 mm (Noble et al. 1988: diameter 46 +- 5 mm).
-    set("thigh", head_centre(bone("femur"), up - 1.2 * out, 0.023));
+    set("thigh", head_sphere(bone("femur"), up - 1.2 * out, 0.023).centre);
     const Points distal = near(bone("femur"), end_centre(bone("femur"), -up, 0.03), 0.06);
     set("shin", 0.5 * (farthest(distal, out) + farthest(distal, -out)));
     set("foot", 0.5 * (end_centre(bone("fibula"), -up, 0.01) +
@@ -131,18 +77,6 @@ void add_leg(const PartFinder& bones, const std::string& side, double lateral, B
 }
 
 }  // namespace
-
-PartFinder::PartFinder(const std::vector<AnatomyMesh>& parts)
-{
-    for (const AnatomyMesh& part : parts) parts_.emplace(lower(part.name), &part);
-}
-
-const AnatomyMesh& PartFinder::part(const std::string& name) const
-{
-    const auto found = parts_.find(lower(name));
-    require(found != parts_.end(), "the anatomy has no part '{}'", name);
-    return *found->second;
-}
 
 BonePoints bone_points(const std::vector<AnatomyMesh>& parts)
 {

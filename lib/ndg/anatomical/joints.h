@@ -2,7 +2,7 @@
 // Centres of rotation found on the bones themselves.
 #pragma once
 
-#include "ndg/body_source/template_source.h"
+#include "ndg/body_source/bone_parts.h"
 
 #include <array>
 #include <map>
@@ -10,16 +10,6 @@
 #include <vector>
 
 namespace ndg {
-
-/// Finds parts by name, in any letter case. Throws Error naming a missing part.
-class PartFinder {
-public:
-    explicit PartFinder(const std::vector<AnatomyMesh>& parts);
-    const AnatomyMesh& part(const std::string& name) const;
-
-private:
-    std::map<std::string, const AnatomyMesh*> parts_;
-};
 
 /// A finger as our joints name it, its metacarpal bone's ordinal number and the words for it in names of phalanges.
 struct FingerNames {

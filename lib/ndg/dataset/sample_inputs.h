@@ -5,7 +5,7 @@
 #include "ndg/body/pose_set.h"
 #include "ndg/body/template.h"
 #include "ndg/core/tool.h"
-#include "ndg/dataset/sample_index.h"
+#include "ndg/dataset/splits.h"
 
 #include <string>
 
@@ -20,7 +20,9 @@ public:
 
     /// --template, --bodies and --poses; the tool keeps references.
     void add_files(Tool& tool);
-    /// Which samples: --splits and --split, or --body and --pose.
+    /// Samples of all splits: --splits, or --body and --pose.
+    void add_splits(Tool& tool);
+    /// Samples of one split: the same and --split.
     void add_samples(Tool& tool);
     /// Inside Tool::run. Throws InputError naming the file or option that does not fit, or that gives no sample.
     void read();
@@ -28,15 +30,17 @@ public:
     Template body_template;
     BodySet bodies;
     PoseSet poses;
-    std::string split = "test";  ///< of all samples
+    Splits splits;               ///< with --body, its samples in `split`; none without add_splits or add_samples
+    std::string split = "test";  ///< of `samples`
     SampleIndex samples;         ///< without a method; none where add_samples was not called
+    bool by_body() const { return body_idx_ >= 0; }
 
 private:
-    void read_samples();
+    void read_splits_or_body();
 
     std::string template_path_, bodies_path_, poses_path_, splits_path_;
     int body_idx_ = -1, pose_idx_ = -1;
-    bool with_samples_ = false;
+    bool with_splits_ = false, with_samples_ = false;
 };
 
 }  // namespace ndg

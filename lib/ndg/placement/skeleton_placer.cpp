@@ -1,31 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ndg/placement/skeleton_placer.h"
 
+#include "ndg/body_source/bone_parts.h"
 #include "ndg/geometry/triangle_mesh.h"
 
 #include <algorithm>
 
 namespace ndg {
-
-std::vector<AnatomyMesh> template_bones(const Template& body_template)
-{
-    std::vector<AnatomyMesh> bones;
-    for (const AnatomyPart& part : body_template.anatomy_parts) {
-        if (part.layer != AnatomyLayer::bone) continue;
-        AnatomyMesh bone;
-        bone.name = part.name;
-        bone.fma_id = part.fma_id;
-        bone.side = part.side;
-        bone.vertices =
-            body_template.anatomy_vertices.middleRows(part.vertex_begin, part.vertex_end - part.vertex_begin);
-        bone.triangles =
-            body_template.anatomy_triangles.middleRows(part.triangle_begin, part.triangle_end - part.triangle_begin)
-                .array() -
-            part.vertex_begin;
-        bones.push_back(std::move(bone));
-    }
-    return bones;
-}
 
 bool SkeletonPlacer::has_trunk_bones(const Template& body_template)
 {
@@ -34,7 +15,7 @@ bool SkeletonPlacer::has_trunk_bones(const Template& body_template)
 }
 
 SkeletonPlacer::SkeletonPlacer(const Template& body_template)
-    : template_(&body_template), bones_(ndg::trunk_bones(template_bones(body_template)))
+    : template_(&body_template), bones_(ndg::trunk_bones(bone_meshes(body_template, body_template.anatomy_vertices)))
 {
     const Skeleton& skeleton = body_template.skeleton;
     RowMatrix weights = RowMatrix::Zero(body_template.rest.skin_vertices.rows(), skeleton.num_joints());

@@ -35,7 +35,4 @@ private:
     TrunkBones bones_;
 };
 
-/// The bones of a template's body as meshes.
-std::vector<AnatomyMesh> template_bones(const Template& body_template);
-
 }  // namespace ndg

@@ -43,15 +43,6 @@ SceneSurface shown_skin(const Template& body_template, const Body& body, const B
                                    : skin_surface(body_template, geometry);
 }
 
-/// `count` indices spread evenly over 0..size-1, all when there are fewer.
-std::vector<int> spread_indices(int size, int count)
-{
-    std::vector<int> indices;
-    const int num = std::min(size, count);
-    for (int i = 0; i < num; ++i) indices.push_back(int((std::int64_t(2 * i + 1) * size) / (2 * num)));
-    return indices;
-}
-
 /// Index of the sample of `pair`, -1 if there is none.
 int find_sample(const DeformationSet& file, const SamplePair& pair)
 {
@@ -63,6 +54,14 @@ int find_sample(const DeformationSet& file, const SamplePair& pair)
 }
 
 }  // namespace
+
+std::vector<int> spread_indices(int size, int count)
+{
+    std::vector<int> indices;
+    const int num = std::min(size, count);
+    for (int i = 0; i < num; ++i) indices.push_back(int((std::int64_t(2 * i + 1) * size) / (2 * num)));
+    return indices;
+}
 
 Image body_picture(const Template& body_template, const Body& body, const BodyGeometry& geometry,
                    const PictureSettings& settings)

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "ndg/body/pose_set.h"
+#include "ndg/core/enum_names.h"
 #include "ndg/dataset/deformation_file.h"
 #include "ndg/scene/body_surfaces.h"
 #include "ndg/scene/camera.h"
@@ -21,6 +22,9 @@ struct PictureSettings {
     double colour_range = 0.3;    ///< volume change shown in full colour
 };
 
+/// `count` indices spread evenly over 0..size-1, all when there are fewer.
+std::vector<int> spread_indices(int size, int count);
+
 /// The skin of one body, or of its volume change.
 Image body_picture(const Template& body_template, const Body& body, const BodyGeometry& geometry,
                    const PictureSettings& settings);
@@ -32,6 +36,26 @@ Image layers_picture(const Template& body_template, const BodyGeometry& geometry
 /// Sections of a body at rest: a frontal one through the shoulders, and horizontal ones through chest, abdomen, upper
 /// arm, hip and thigh, with fat, muscle, the inside of the bone wrap and the anatomy in colours of their own.
 Image sections_picture(const Template& body_template, const Body& body, const PictureSettings& settings);
+
+/// Which plane cuts bodies: all stands for the sagittal one and horizontal ones through chest, abdomen and hip.
+enum class SectionKind { all, sagittal, coronal, horizontal };
+template <>
+inline constexpr EnumName<SectionKind> enum_table<SectionKind>[] = {{SectionKind::all, "all"},
+                                                                    {SectionKind::sagittal, "sagittal"},
+                                                                    {SectionKind::coronal, "coronal"},
+                                                                    {SectionKind::horizontal, "horizontal"}};
+struct SectionChoice {
+    SectionKind kind = SectionKind::all;
+    /// Joint the plane goes through; empty: pelvis for sagittal, left_upper_arm for coronal, spine_4 for horizontal.
+    std::string joint;
+    double offset = 0.0;  ///< m, from there to the left, forward or up
+};
+
+/// Sections of bodies at rest, a column a body, all at one scale (`settings.height` pixels for the tallest body), in
+/// the colours of sections_picture. Sagittal ones face right; horizontal ones show the trunk from above, front down.
+/// Throws InputError for a plane that misses a body, naming it, or a joint the skeleton lacks.
+Image section_sheet(const Template& body_template, const BodySet& bodies, const std::vector<int>& body_indices,
+                    const SectionChoice& choice, const PictureSettings& settings);
 
 /// One row a sample, one column a file: `num_samples` pairs of `split` spread evenly over those the first file holds.
 /// Every row is seen by one camera that frames all its bodies. Throws InputError when a file lacks a pair, a body or

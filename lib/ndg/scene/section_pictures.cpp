@@ -13,7 +13,7 @@ namespace {
 
 const Pixel paper_colour = {244, 245, 246};
 
-constexpr int label_height = 24, legend_height = 30, gap = 10;  // pixels
+constexpr int label_height = 24, legend_height = 30, legend_width = 1060, gap = 10;  // pixels
 
 struct Level {
     std::string name;
@@ -122,7 +122,147 @@ Image legend(const std::vector<SceneSurface>& surfaces, int width)
     return image;
 }
 
+/// Axes of the three planes, as seen.
+SectionPlane plane_of(SectionKind kind)
+{
+    SectionPlane plane;
+    if (kind == SectionKind::sagittal) plane.right = Eigen::Vector3d::UnitZ();
+    if (kind == SectionKind::horizontal) plane.up = -Eigen::Vector3d::UnitZ();
+    return plane;
+}
+
+struct LabelledPlane {
+    std::string label;
+    SectionKind kind;
+    SectionPlane plane;
+};
+
+/// The planes of a body, from the top of its column down.
+std::vector<LabelledPlane> section_planes(const Skeleton& skeleton, const Body& body, const SectionChoice& choice)
+{
+    const auto through = [&](SectionKind kind, const std::string& joint, double offset) {
+        SectionPlane plane = plane_of(kind);
+        const std::string& name = choice.joint.empty() ? joint : choice.joint;
+        const auto& names = skeleton.joint_names;
+        require_input(std::find(names.begin(), names.end(), name) != names.end(), "there is no joint '{}'", name);
+        plane.origin = body.joint_positions.row(skeleton.joint(name)).transpose();
+        plane.origin[kind == SectionKind::sagittal ? 0 : kind == SectionKind::coronal ? 2 : 1] += offset;
+        return plane;
+    };
+    if (choice.kind == SectionKind::coronal)
+        return {{"coronal", choice.kind, through(choice.kind, "left_upper_arm", choice.offset)}};
+    if (choice.kind == SectionKind::horizontal)
+        return {{"horizontal", choice.kind, through(choice.kind, "spine_4", choice.offset)}};
+    std::vector<LabelledPlane> planes = {
+        {"sagittal", SectionKind::sagittal, through(SectionKind::sagittal, "pelvis", choice.offset)}};
+    if (choice.kind == SectionKind::sagittal) return planes;
+    for (const Level& level : section_levels(skeleton, body)) {
+        if (level.name == "upper arm" || level.name == "thigh") continue;
+        SectionPlane plane = plane_of(SectionKind::horizontal);
+        plane.origin = {0.0, level.height, 0.0};
+        planes.push_back({level.name, SectionKind::horizontal, plane});
+    }
+    return planes;
+}
+
+/// Half the breadth of the trunk about the height `y`: of the skin that hangs on the trunk's joints or the thighs'.
+double trunk_half_breadth(const Template& body_template, const Body& body, double y)
+{
+    constexpr double band = 0.03;
+    double half = 0.0;
+    for (Eigen::Index v = 0; v < body.skin_vertices.rows(); ++v) {
+        if (std::abs(body.skin_vertices(v, 1) - y) > band) continue;
+        int most = 0;
+        body_template.skin_weights.weights.row(v).maxCoeff(&most);
+        const std::string& joint = body_template.skeleton.joint_names[body_template.skin_weights.joints(v, most)];
+        if (joint == "pelvis" || joint.rfind("spine_", 0) == 0 || joint.find("_thigh") != std::string::npos ||
+            joint.find("_clavicle") != std::string::npos)
+            half = std::max(half, std::abs(body.skin_vertices(v, 0)));
+    }
+    return half;
+}
+
+/// One below the other, centred; `heights` of the cells, empty: of the images.
+Image stacked(const std::vector<Image>& images, const std::vector<int>& heights)
+{
+    const auto height = [&](std::size_t k) { return gap + (heights.empty() ? images[k].height : heights[k]); };
+    int width = 0, total = 0;
+    for (std::size_t k = 0; k < images.size(); ++k) {
+        width = std::max(width, images[k].width);
+        total += height(k);
+    }
+    Image column(width, total, paper_colour);
+    int y = 0;
+    for (std::size_t k = 0; k < images.size(); ++k) {
+        paste(column, images[k], (width - images[k].width) / 2, y);
+        y += height(k);
+    }
+    return column;
+}
+
+/// Columns with the legend of `surfaces` below.
+Image side_by_side(const std::vector<Image>& columns, const std::vector<SceneSurface>& surfaces)
+{
+    int width = gap, height = 0;
+    for (const Image& column : columns) {
+        width += column.width + gap;
+        height = std::max(height, column.height);
+    }
+    const Image key = legend(surfaces, std::max(width, legend_width));
+    Image picture(key.width, height + gap + legend_height, paper_colour);
+    int x = gap;
+    for (const Image& column : columns) {
+        paste(picture, column, x, gap);
+        x += column.width + gap;
+    }
+    paste(picture, key, 0, height + gap);
+    return picture;
+}
+
 }  // namespace
+
+Image section_sheet(const Template& body_template, const BodySet& bodies, const std::vector<int>& body_indices,
+                    const SectionChoice& choice, const PictureSettings& settings)
+{
+    require_input(!body_indices.empty(), "There is no body to show");
+    double tallest = 0.0;
+    for (const int b : body_indices) {
+        const auto heights = bodies.bodies[b].skin_vertices.col(1);
+        tallest = std::max(tallest, heights.maxCoeff() - heights.minCoeff());
+    }
+    const double scale = settings.height / tallest;
+    std::vector<std::vector<Image>> columns;
+    std::vector<SceneSurface> surfaces;
+    for (const int b : body_indices) {
+        const Body& body = bodies.bodies[b];
+        surfaces = section_surfaces(body_template, rest_geometry(body_template, body));
+        std::vector<Image> column;
+        for (const LabelledPlane& cut : section_planes(body_template.skeleton, body, choice)) {
+            Extent extent = section_extent(surfaces[0], cut.plane);
+            require_input(extent.low.x() < extent.high.x(), "the {} plane misses body {}", cut.label, body.name);
+            if (cut.kind == SectionKind::horizontal) {
+                const double half = trunk_half_breadth(body_template, body, cut.plane.origin.y()) + 0.01;
+                extent.low.x() = std::max(extent.low.x(), -half);
+                extent.high.x() = std::min(extent.high.x(), half);
+            }
+            const std::string label = column.empty() ? fmt::format("{} {}", body.name, cut.label) : cut.label;
+            column.push_back(draw(surfaces, cut.plane, extent, scale, label));
+        }
+        columns.push_back(std::move(column));
+    }
+    // Sections of one body stand beside each other, of several below each other and in rows.
+    if (columns.size() == 1 && columns[0].size() > 1) {
+        columns.emplace_back(columns[0].begin() + 1, columns[0].end());
+        columns[0].resize(1);
+        return side_by_side({stacked(columns[0], {}), stacked(columns[1], {})}, surfaces);
+    }
+    std::vector<int> heights(columns.front().size(), 0);
+    for (const std::vector<Image>& column : columns)
+        for (std::size_t r = 0; r < heights.size(); ++r) heights[r] = std::max(heights[r], column[r].height);
+    std::vector<Image> stacks;
+    for (const std::vector<Image>& column : columns) stacks.push_back(stacked(column, heights));
+    return side_by_side(stacks, surfaces);
+}
 
 Image sections_picture(const Template& body_template, const Body& body, const PictureSettings& settings)
 {

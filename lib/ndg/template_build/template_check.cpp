@@ -7,7 +7,6 @@
 #include "ndg/geometry/prism.h"
 #include "ndg/geometry/tetrahedra.h"
 #include "ndg/geometry/triangle_mesh.h"
-#include "ndg/template_build/template_measures.h"
 #include "ndg/wraps/bone_interior.h"
 
 #include <algorithm>
@@ -213,7 +212,7 @@ TemplateCheck check_template(const Template& original, const TemplateGates& gate
     check.stature =
         body_template.rest.skin_vertices.col(1).maxCoeff() - body_template.rest.skin_vertices.col(1).minCoeff();
     check.skin_volume = enclosed_volume(body_template.rest.skin_vertices, body_template.skin_triangles);
-    check.segments = segment_measures(body_template);
+    check.segments = segment_measures(body_template, body_template.rest, body_template.anatomy_vertices);
     check.worst_asymmetry = worst_asymmetry(check.segments, check.worst_asymmetry_segment);
     return check;
 }

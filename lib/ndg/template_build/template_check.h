@@ -3,6 +3,7 @@
 #pragma once
 
 #include "ndg/body/template.h"
+#include "ndg/measures/segment_measures.h"
 
 #include <array>
 #include <string>
@@ -51,16 +52,6 @@ struct WeightCheck {
     double min_weight = 0, max_weight = 0;
     int num_joints_used = 0;
     std::vector<std::string> unused_joints;
-};
-
-/// Volumes in m^3 and masses in kg of a part of the body.
-struct SegmentMeasure {
-    std::string name;
-    double interior = 0, muscle = 0, fat = 0;  ///< volumes: inside the bone wrap, of the two layers
-    double surface = 0;                        ///< volume of head, hands and toes, which have no layers
-    double bones = 0;                          ///< volume of the bones inside the interior
-    double mass = 0;
-    double volume() const { return interior + muscle + fat + surface; }
 };
 
 struct TemplateCheck {

@@ -2,6 +2,7 @@
 // The inside of the bone wrap: closed over the cuts, filled with tetrahedra, carried to other bodies.
 #pragma once
 
+#include "ndg/body/closed_wrap.h"
 #include "ndg/core/types.h"
 
 namespace ndg {
@@ -11,14 +12,6 @@ struct BoneInterior {
     Tetrahedra tetrahedra;  ///< index < N_w: bone wrap vertex, otherwise N_w + interior vertex
     RowMatrix weights;      ///< N_i x J: skinning weights, harmonic on the edges of the tetrahedra
 };
-
-/// The bone wrap closed over the cuts: its vertices, then one centre for each cap.
-struct ClosedBoneWrap {
-    Points vertices;
-    Triangles triangles;
-};
-ClosedBoneWrap close_bone_wrap(const Eigen::Ref<const Points>& bone_wrap,
-                               const Eigen::Ref<const Triangles>& wrap_triangles);
 
 /// Fills the closed bone wrap with TetGen. `wrap_weights`: N_w x J dense. Throws as `tetrahedralize` does.
 BoneInterior fill_bone_wrap(const Eigen::Ref<const Points>& bone_wrap,

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "ndg/template_build/template_measures.h"
+#include "ndg/measures/segment_measures.h"
 
+#include "ndg/body/closed_wrap.h"
 #include "ndg/geometry/prism.h"
 #include "ndg/geometry/tetrahedra.h"
 #include "ndg/geometry/triangle_mesh.h"
-#include "ndg/wraps/bone_interior.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace ndg {
@@ -63,7 +64,7 @@ private:
 };
 
 /// Volumes of the regions beyond the cuts, closed over those.
-void add_surfaces(const Template& body_template, const Segmentation& segmentation,
+void add_surfaces(const Template& body_template, const Body& body, const Segmentation& segmentation,
                   std::vector<SegmentMeasure>& segments)
 {
     for (std::size_t region = 1; region < body_template.skin_region_names.size(); ++region) {
@@ -72,7 +73,7 @@ void add_surfaces(const Template& body_template, const Segmentation& segmentatio
             if (body_template.skin_regions[t] == static_cast<int>(region)) rows.push_back(static_cast<int>(t));
         if (rows.empty()) continue;
         const Triangles triangles = body_template.skin_triangles(rows, Eigen::all);
-        const ClosedBoneWrap closed = close_bone_wrap(body_template.rest.skin_vertices, triangles);
+        const ClosedBoneWrap closed = close_bone_wrap(body.skin_vertices, triangles);
         auto shares = segmentation.none();
         for (Eigen::Index t = 0; t < triangles.rows(); ++t)
             for (int k = 0; k < 3; ++k) segmentation.add(body_template.skin_weights, triangles(t, k), shares);
@@ -81,7 +82,8 @@ void add_surfaces(const Template& body_template, const Segmentation& segmentatio
 }
 
 /// Volumes of bones, of those that lie in the volume for more than half.
-void add_bones(const Template& body_template, const Segmentation& segmentation, std::vector<SegmentMeasure>& segments)
+void add_bones(const Template& body_template, const Eigen::Ref<const Points>& anatomy, const Segmentation& segmentation,
+               std::vector<SegmentMeasure>& segments)
 {
     for (const AnatomyPart& part : body_template.anatomy_parts) {
         if (part.layer != AnatomyLayer::bone || part.vertex_end == part.vertex_begin) continue;
@@ -96,9 +98,8 @@ void add_bones(const Template& body_template, const Segmentation& segmentation, 
             body_template.anatomy_triangles.middleRows(part.triangle_begin, part.triangle_end - part.triangle_begin)
                 .array() -
             part.vertex_begin;
-        segments[Segmentation::greatest(shares)].bones += std::abs(enclosed_volume(
-            body_template.anatomy_vertices.middleRows(part.vertex_begin, part.vertex_end - part.vertex_begin),
-            triangles));
+        segments[Segmentation::greatest(shares)].bones += std::abs(
+            enclosed_volume(anatomy.middleRows(part.vertex_begin, part.vertex_end - part.vertex_begin), triangles));
     }
 }
 
@@ -115,7 +116,8 @@ double mass_of(const SegmentMeasure& segment)
 
 }  // namespace
 
-std::vector<SegmentMeasure> segment_measures(const Template& body_template)
+std::vector<SegmentMeasure> segment_measures(const Template& body_template, const Body& body,
+                                             const Eigen::Ref<const Points>& anatomy)
 {
     const Segmentation segmentation(body_template.skeleton);
     std::vector<SegmentMeasure> segments;
@@ -124,7 +126,7 @@ std::vector<SegmentMeasure> segment_measures(const Template& body_template)
         segments.back().name = name;
     }
     const SkinningWeights volume_weights = body_template.volume_weights();
-    const Eigen::VectorXd prisms = prism_volumes(body_template.rest.volume_vertices, body_template.prisms);
+    const Eigen::VectorXd prisms = prism_volumes(body.volume_vertices, body_template.prisms);
     for (Eigen::Index p = 0; p < prisms.size(); ++p) {
         auto shares = segmentation.none();
         for (int k = 0; k < 6; ++k) segmentation.add(volume_weights, body_template.prisms(p, k), shares);
@@ -137,16 +139,15 @@ std::vector<SegmentMeasure> segment_measures(const Template& body_template)
         std::array<Eigen::Vector3d, 4> corners;
         for (int k = 0; k < 4; ++k) {
             const int v = body_template.tetrahedra(t, k);
-            corners[k] = v < num_wrap ? body_template.rest.volume_vertices.row(v)
-                                      : body_template.rest.interior_vertices.row(v - num_wrap);
+            corners[k] = v < num_wrap ? body.volume_vertices.row(v) : body.interior_vertices.row(v - num_wrap);
             segmentation.add(v < num_wrap ? volume_weights : body_template.interior_weights,
                              v < num_wrap ? v : v - num_wrap, shares);
         }
         segments[Segmentation::greatest(shares)].interior +=
             tetrahedron_volume(corners[0], corners[1], corners[2], corners[3]);
     }
-    add_surfaces(body_template, segmentation, segments);
-    add_bones(body_template, segmentation, segments);
+    add_surfaces(body_template, body, segmentation, segments);
+    add_bones(body_template, anatomy, segmentation, segments);
     SegmentMeasure whole;
     whole.name = "whole body";
     for (SegmentMeasure& segment : segments) {
