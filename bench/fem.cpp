@@ -155,7 +155,8 @@ int main(int argc, char** argv)
         std::vector<double> seconds, iterations, factorizations;
         NewtonTimes times;
         int converged = 0, stepped = 0, without_inverted = 0, without_corner_inverted = 0;
-        double inverted = 0, corner_inverted = 0, intersecting = 0, body_seconds = 0, plain_seconds = 0, same_seconds = 0;
+        double inverted = 0, corner_inverted = 0, intersecting = 0, body_seconds = 0, plain_seconds = 0,
+               same_seconds = 0;
         int plain_converged = 0, plain_done = 0;
         Points last;
         for (std::size_t b = 0; b < bench.bodies.size(); ++b) {

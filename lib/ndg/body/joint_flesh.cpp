@@ -52,8 +52,7 @@ JointFlesh::JointFlesh(const Template& body_template) : all_prisms_(body_templat
 {
     const SkinningWeights weights = body_template.prism_weights();
     for (const JointBones& joint : joints()) {
-        const int upper = body_template.skeleton.joint(joint.upper),
-                  lower = body_template.skeleton.joint(joint.lower);
+        const int upper = body_template.skeleton.joint(joint.upper), lower = body_template.skeleton.joint(joint.lower);
         prisms_.emplace_back();
         for (int p = 0; p < body_template.num_prisms(); ++p) {
             const double a = weight_of(weights, p, upper), b = weight_of(weights, p, lower);

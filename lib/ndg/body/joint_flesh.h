@@ -12,7 +12,8 @@ namespace ndg {
 /// Names of the joints: left_knee, right_knee, left_hip...
 const std::vector<std::string>& flesh_joint_names();
 
-/// Prisms of a template by joint: those that both bones of the joint move, each by a tenth or more and together by half.
+/// Prisms of a template by joint: those that both bones of the joint move, each by a tenth or more and together by
+/// half.
 class JointFlesh {
 public:
     explicit JointFlesh(const Template& body_template);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Energy that keeps the skin from itself (incremental potential contact, Li et al. 2020), of the squared distance D of a
-// vertex and a triangle or of two edges:
+// Energy that keeps the skin from itself (incremental potential contact, Li et al. 2020), of the squared distance D of
+// a vertex and a triangle or of two edges:
 //   b(D) = -(1 - D / R)^2 ln(D / R) for D < R, the squared reach, otherwise zero; without bound towards D = 0, twice
 // continuously differentiable. That of two edges is multiplied by a factor that vanishes with all its force where they
 // are parallel, for there their distance has a kink:

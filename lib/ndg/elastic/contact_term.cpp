@@ -49,7 +49,8 @@ public:
     {
         const Vector12 gradient = distance_.gradient();
         const Matrix12 mixed = barrier_.first * gradient * fade_.gradient.transpose();
-        return fade_.value * (barrier_.second * gradient * gradient.transpose() + barrier_.first * distance_.hessian()) +
+        return fade_.value *
+                   (barrier_.second * gradient * gradient.transpose() + barrier_.first * distance_.hessian()) +
                mixed + mixed.transpose() + barrier_.energy * fade_.hessian;
     }
 
@@ -94,9 +95,9 @@ void ContactTerm::set_pairs(const std::vector<SurfacePair>& pairs)
         if (!(reach > 0)) continue;
         double area = 0;
         for (const int vertex : pair.vertices) area += areas_[vertex] / 4;
-        pairs_.push_back({pair.kind, reach * reach, options_.contact_stiffness_pascal * area * reach,
-                          parallel_share * (rest.row(1) - rest.row(0)).squaredNorm() *
-                              (rest.row(3) - rest.row(2)).squaredNorm()});
+        pairs_.push_back(
+            {pair.kind, reach * reach, options_.contact_stiffness_pascal * area * reach,
+             parallel_share * (rest.row(1) - rest.row(0)).squaredNorm() * (rest.row(3) - rest.row(2)).squaredNorm()});
         corners.insert(corners.end(), pair.vertices.begin(), pair.vertices.end());
     }
     set_stencils(Stencils(4, std::move(corners), stencils().num_vertices()));

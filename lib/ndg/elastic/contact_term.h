@@ -36,7 +36,6 @@ public:
     void add_hessian(const Points& positions, const ElementPlaces& places, HessianKind kind,
                      HessianSum& sum) const override;
 
-    const Points& rest_dbg() const { return rest_; }
 private:
     struct Pair {
         PairKind kind;

@@ -2,9 +2,9 @@
 // Energy that keeps prisms from inverting; an addition to the paper, whose flesh energy has no such term. It sees the
 // exact volume V of a prism, and with it the hourglass modes that the averaged deformation gradient does not:
 //   psi(v) = k lambda ((t - v) / t)^3 for v = V / V_rest < t, otherwise zero; twice continuously differentiable and
-// finite beyond inversion, so that an inverted start is drawn back. A corner may be folded over while the volume is not:
-// each of the six has a sixth of the prism's share of the same energy, with v its Jacobian over that at rest and its own
-// t and k.
+// finite beyond inversion, so that an inverted start is drawn back. A corner may be folded over while the volume is
+// not: each of the six has a sixth of the prism's share of the same energy, with v its Jacobian over that at rest and
+// its own t and k.
 #pragma once
 
 #include "ndg/geometry/prism.h"

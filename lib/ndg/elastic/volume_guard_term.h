@@ -13,8 +13,8 @@ namespace ndg {
 class VolumeGuardTerm : public EnergyTerm {
 public:
     struct Rest {
-        double modulus = 0;  ///< k_f lambda, Pa
-        double volume = 0;   ///< m^3
+        double modulus = 0;               ///< k_f lambda, Pa
+        double volume = 0;                ///< m^3
         std::array<double, 6> corners{};  ///< det J, m^3
     };
 

@@ -17,22 +17,19 @@ class Grid {
 public:
     Grid(const Boxes& first, const Boxes& second)
     {
-        const Eigen::Array3d low = first.leftCols<3>().colwise().minCoeff().cwiseMin(
-            second.leftCols<3>().colwise().minCoeff());
-        const Eigen::Array3d high = first.rightCols<3>().colwise().maxCoeff().cwiseMax(
-            second.rightCols<3>().colwise().maxCoeff());
+        const Eigen::Array3d low =
+            first.leftCols<3>().colwise().minCoeff().cwiseMin(second.leftCols<3>().colwise().minCoeff());
+        const Eigen::Array3d high =
+            first.rightCols<3>().colwise().maxCoeff().cwiseMax(second.rightCols<3>().colwise().maxCoeff());
         const auto extent = [](const Boxes& boxes) {
             return (boxes.rightCols<3>() - boxes.leftCols<3>()).rowwise().maxCoeff().mean();
         };
         origin_ = low;
         // At most 2^20 cells along an axis, so that three indices fit one key.
-        size_ = std::max({extent(first), extent(second), (high - low).maxCoeff() / (1 << 20),
-                          std::numeric_limits<double>::min()});
+        size_ = std::max(
+            {extent(first), extent(second), (high - low).maxCoeff() / (1 << 20), std::numeric_limits<double>::min()});
     }
-    Cell cell(const Eigen::Array3d& point) const
-    {
-        return ((point - origin_) / size_).floor().cast<std::int64_t>();
-    }
+    Cell cell(const Eigen::Array3d& point) const { return ((point - origin_) / size_).floor().cast<std::int64_t>(); }
 
 private:
     Eigen::Array3d origin_;

@@ -48,7 +48,8 @@ double smallest_jacobian(const PrismVertices& prism, int num_validity_points)
     double smallest = std::numeric_limits<double>::infinity();
     const auto points = validity_points();
     for (int i = 0; i < num_validity_points; ++i) {
-        smallest = std::min(smallest, prism_jacobian(prism, points[i].alpha, points[i].beta, points[i].xi).determinant());
+        smallest =
+            std::min(smallest, prism_jacobian(prism, points[i].alpha, points[i].beta, points[i].xi).determinant());
     }
     return smallest;
 }

@@ -37,11 +37,11 @@ PrismVertices prism_corner_jacobian_gradient(const PrismVertices& prism, int cor
 Eigen::Matrix<double, 18, 18> prism_corner_jacobian_hessian(const PrismVertices& prism, int corner);
 /// Smallest det J over the six corners and the two quadrature points, in m^3.
 double prism_min_jacobian(const PrismVertices& prism);
-/// Smallest det J over the six corners alone, m^3: of the posed prism it is negative where a corner is folded over, which
-/// the volume may not show.
+/// Smallest det J over the six corners alone, m^3: of the posed prism it is negative where a corner is folded over,
+/// which the volume may not show.
 double prism_min_corner_jacobian(const PrismVertices& prism);
-/// As prism_min_jacobian with every column of J scaled to unit length at each point and divided by that of the equilateral right
-/// prism (sin 60 degrees): 1 is ideal, <= 0 invalid. 0 for degenerate columns.
+/// As prism_min_jacobian with every column of J scaled to unit length at each point and divided by that of the
+/// equilateral right prism (sin 60 degrees): 1 is ideal, <= 0 invalid. 0 for degenerate columns.
 double prism_min_scaled_jacobian(const PrismVertices& prism);
 
 /// G of a rest prism (supplement equation 7). Throws Error when the prism is flat (singular normal matrix).

@@ -104,7 +104,7 @@ Eigen::Matrix<double, 12, 12> PairDistance::hessian() const
 
 double collision_free_share(PairKind kind, const PairCorners& from, const PairCorners& to, double least_distance)
 {
-    constexpr double kept_share = 1.0 / 3, caution = 0.9, progress = 0.01;
+    constexpr double kept_share = 1.0 / 3, near_share = 0.8, caution = 0.9, progress = 0.01;
     constexpr int max_advances = 100;
     PairCorners move = to - from;
     move.rowwise() -= move.colwise().mean().eval();
@@ -112,8 +112,8 @@ double collision_free_share(PairKind kind, const PairCorners& from, const PairCo
     const double fastest = kind == PairKind::point_triangle
                                ? lengths[0] + lengths.tail<3>().maxCoeff()
                                : lengths.head<2>().maxCoeff() + lengths.tail<2>().maxCoeff();
-    const double start = std::sqrt(PairDistance(kind, from).squared()), 
-                 kept = std::max(kept_share * start, std::min(start, least_distance));
+    const double start = std::sqrt(PairDistance(kind, from).squared()),
+                 kept = std::max(kept_share * start, std::min(near_share * start, least_distance));
     double share = 0, distance = start;
     for (int advance = 0; advance < max_advances; ++advance) {
         if (distance - kept >= fastest * (1 - share)) return 1;
@@ -151,8 +151,8 @@ std::vector<SurfacePair> SurfaceParts::close_pairs(const Eigen::Ref<const Points
             pairs.push_back({kind, corners});
         }
     };
-    for (const auto& [p, t] : overlapping_boxes(bounding_boxes(vertices, points_, reach),
-                                                bounding_boxes(vertices, triangles_))) {
+    for (const auto& [p, t] :
+         overlapping_boxes(bounding_boxes(vertices, points_, reach), bounding_boxes(vertices, triangles_))) {
         const int point = points_[p];
         if ((triangles_.row(t).array() == point).any()) continue;
         add(PairKind::point_triangle, {point, triangles_(t, 0), triangles_(t, 1), triangles_(t, 2)});

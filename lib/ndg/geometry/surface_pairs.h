@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Vertex against triangle and edge against edge: the pairs of a surface's parts that touch first when it meets itself.
-// Their distances with derivatives, which of them are near, and how far they can move without passing through each other.
+// Their distances with derivatives, which of them are near, and how far they can move without passing through each
+// other.
 #pragma once
 
 #include "ndg/core/types.h"
@@ -14,8 +15,9 @@ enum class PairKind { point_triangle, edge_edge };
 /// Four corners, one a row: the point and its triangle, or two ends of each edge.
 using PairCorners = Eigen::Matrix<double, 4, 3>;
 
-/// Squared distance of a pair. Both parts' nearest points are linear in the corners, p - q = sum of w_a x_a with weights
-/// that minimise it over the inside of the nearest features; derivatives follow from the minimum's (envelope theorem):
+/// Squared distance of a pair. Both parts' nearest points are linear in the corners, p - q = sum of w_a x_a with
+/// weights that minimise it over the inside of the nearest features; derivatives follow from the minimum's (envelope
+/// theorem):
 ///   d = |r|^2, grad_a d = 2 w_a r, and the Hessian that at fixed weights less what moving the weights gives back.
 class PairDistance {
 public:
@@ -36,10 +38,10 @@ private:
     Eigen::Vector3d gap_;
 };
 
-/// Largest share of straight ways, corner by corner, on which the two parts come no nearer than `least_distance`, nor than
-/// a third of their distance before, to a few percent of that; parts that are nearer already do not come nearer. By
-/// conservative advancement (additive CCD, Li et al. 2021): no step is longer than the distance left over the fastest
-/// approach. 0 for parts that touch.
+/// Largest share of straight ways, corner by corner, on which the two parts come no nearer than `least_distance`, nor
+/// than a third of their distance before, to a few percent of that; parts that are nearer already do not come nearer.
+/// By conservative advancement (additive CCD, Li et al. 2021): no step is longer than the distance left over the
+/// fastest approach. 0 for parts that touch.
 double collision_free_share(PairKind kind, const PairCorners& from, const PairCorners& to, double least_distance);
 
 struct SurfacePair {

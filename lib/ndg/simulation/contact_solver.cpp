@@ -2,7 +2,6 @@
 #include "ndg/simulation/contact_solver.h"
 
 #include "ndg/core/log.h"
-#include "ndg/core/stopwatch.h"
 #include "ndg/simulation/local_relaxation.h"
 #include "ndg/simulation/untangle.h"
 
@@ -16,11 +15,14 @@ namespace ndg {
 
 namespace {
 
-/// How far a vertex may move in one round, m, and from which distance of two parts of the skin on they are looked after.
+/// How far a vertex may move in one round, m, and from which distance of two parts of the skin on they are looked
+/// after.
 constexpr double round_radius = 6e-3;
 /// Pairs this much beyond the contact distance are elements already, m.
 constexpr double element_margin = 2e-3;
 constexpr int max_rounds = 100;
+/// A round in which nothing moves as much, m, is the last.
+constexpr double least_movement = 1e-5;
 /// Share of the contact distance that parts keep, so that the barrier's stiffness stays bounded.
 constexpr double least_distance_share = 0.03;
 /// Where vertices at the end of their way shorten the step by more than this, a new round begins.
@@ -74,9 +76,8 @@ public:
             shares.clear();
             for (const int p : concerned) {
                 const auto& vertices = pairs_[p].vertices;
-                const double share =
-                    collision_free_share(pairs_[p].kind, pair_corners(from, vertices), pair_corners(to, vertices),
-                                         least_distance_);
+                const double share = collision_free_share(pairs_[p].kind, pair_corners(from, vertices),
+                                                          pair_corners(to, vertices), least_distance_);
                 if (share == 1) continue;
                 least = std::min(least, share);
                 for (const int v : vertices) shares.emplace_back(v, share);
@@ -161,24 +162,19 @@ std::vector<SurfacePair> ContactSolver::near_pairs(const Points& vertices, const
 
 NewtonResult ContactSolver::solve(Points& vertices, const NewtonOptions& options)
 {
-    const double u0 = thread_seconds();
     const std::vector<std::pair<int, int>> crossings = untangle(vertices, template_, distance_);
-    log_debug("untangled in {:.2f} s", thread_seconds()-u0);
     if (!crossings.empty()) log_debug("{} pairs of skin triangles cannot be untangled", crossings.size());
     NewtonResult result;
     int iterations = 0, factorizations = 0;
     NewtonOptions rest = options;
     for (int round = 0; round < max_rounds && iterations < options.max_iterations; ++round) {
-        const double t0 = thread_seconds();
         const Points start = vertices;
         const std::vector<SurfacePair> found = pairs(vertices, 2 * round_radius + element_margin, crossings);
-        const double t1 = thread_seconds();
         term_->set_pairs(near_pairs(vertices, found));
         const Objective objective(elastic_);
         NewtonSolver newton(objective);
         LocalRelaxation relaxation(objective);
         const StepFilter filter = RoundFilter(start, found, least_distance_share * distance_);
-        const double t2 = thread_seconds();
         rest.max_iterations = options.max_iterations - iterations;
         result = newton.minimise(
             vertices, rest,
@@ -188,19 +184,13 @@ NewtonResult ContactSolver::solve(Points& vertices, const NewtonOptions& options
             filter);
         iterations += result.iterations;
         factorizations += result.factorizations;
-        log_debug("contact round {}: {} pairs, {} elements, {} iterations, energy {:.6f} J, residual {:.2e}, {}; {:.2f} {:.2f} {:.2f} relax {:.2f} eval {:.2f} fac {:.2f} asm {:.2f}", round,
-                  found.size(), term_->stencils().size(), result.iterations, result.energy_joule, result.residual_relative,
-                  describe(result.stop), t1-t0,t2-t1,thread_seconds()-t2,result.seconds.relaxation,result.seconds.evaluation,result.seconds.factorization,result.seconds.assembly);
-        { // DEBUG
-            std::vector<std::tuple<double,double,double,int,int>> w; Points rr=term_->rest_dbg();
-            int i=0; for(const SurfacePair& pr: near_pairs(vertices,found)){ PairDistance d(pr.kind,pair_corners(vertices,pr.vertices)); PairDistance r(pr.kind,pair_corners(rr,pr.vertices)); double reach=std::min(distance_,0.5*std::sqrt(r.squared())); if(d.squared()<reach*reach){ double y=d.squared()/(reach*reach); double f=(2*(1-y)*-std::log(y)+(1-y)*(1-y)/y)*std::sqrt(y)*2; w.emplace_back(-f*reach/ distance_,std::sqrt(d.squared()),reach,int(pr.kind),pr.vertices[0]);} ++i;}
-            std::sort(w.begin(),w.end());
-            for(int k=0;k<std::min<int>(4,w.size());++k) log_debug("   f {:.1f} d {:.2e} reach {:.2e} kind {} v {}",-std::get<0>(w[k]),std::get<1>(w[k]),std::get<2>(w[k]),std::get<3>(w[k]),std::get<4>(w[k]));
-        }
-        if (result.stop == NewtonStop::held && result.iterations <= 1 && vertices == start) break;
+        log_debug("contact round {}: {} pairs near, {} iterations, {:.6f} J, relative residual {:.2e}, {}", round,
+                  term_->stencils().size(), result.iterations, result.energy_joule, result.residual_relative,
+                  describe(result.stop));
         // Equilibrium counts where no pair can have come near since the elements were chosen.
         const double moved = (vertices - start).rowwise().norm().maxCoeff();
-        if (result.stop != NewtonStop::held && (!result.converged() || 2 * moved <= element_margin)) break;
+        const bool goes_on = result.stop == NewtonStop::held ? moved > least_movement : result.converged();
+        if (!goes_on || (result.converged() && 2 * moved <= element_margin)) break;
     }
     term_->set_pairs({});
     result.iterations = iterations;

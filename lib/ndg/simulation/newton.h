@@ -51,8 +51,8 @@ struct NewtonResult {
 /// vertices, and then returns true.
 using Relaxation = std::function<bool(Points& positions, const Eigen::VectorXd& gradient)>;
 
-/// Draws `to` back towards `from`, as far as straight ways may be gone: vertex by vertex, or all by the same share; false
-/// where none may.
+/// Draws `to` back towards `from`, as far as straight ways may be gone: vertex by vertex, or all by the same share;
+/// false where none may.
 using StepFilter = std::function<bool(const Points& from, Points& to, bool by_vertex)>;
 
 /// Matrix, factor and vectors for one objective, reused from one body and pose to the next. One object per thread.
@@ -72,7 +72,8 @@ private:
     /// Moves `positions`, of the given energy, along move_ and fills energy_; returns the length of the step that was
     /// accepted (0: none, and nothing has moved).
     double search(Points& positions, double energy, const StepFilter& filter);
-    /// Shortens move_ to what the filter allows from start_, vertex by vertex if that leads downwards; false for nothing.
+    /// Shortens move_ to what the filter allows from start_, vertex by vertex if that leads downwards; false for
+    /// nothing.
     bool restrict_move(Points& positions, const StepFilter& filter);
     /// start_ + step * move_ in the rows of the unknown vertices.
     void place(Points& positions, double step) const;

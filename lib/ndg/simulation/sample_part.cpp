@@ -16,9 +16,8 @@ const std::vector<std::string>& simulation_statistics()
 {
     static const std::vector<std::string> names = [] {
         std::vector<std::string> result = {
-            "energy_joule", "residual_newton", "residual_relative",      "iterations",
-            "converged",    "load_steps",      "inverted_prisms",        "corner_inverted_prisms",
-            "seconds",      intersecting_triangles_name};
+            "energy_joule", "residual_newton", "residual_relative",      "iterations", "converged",
+            "load_steps",   "inverted_prisms", "corner_inverted_prisms", "seconds",    intersecting_triangles_name};
         for (const std::string& joint : flesh_joint_names()) result.push_back(volume_change_name(joint));
         return result;
     }();

@@ -82,8 +82,11 @@ BatchItem batch_item(const SampleTask& task)
     return {fmt::format("{:06d}", task.sample_idx), describe(task.pair), label(task)};
 }
 
-void report_trouble(const SampleTask& task, const SamplePart& part)
+void report_trouble(const SampleTask& task, const SamplePart& part, bool contact)
 {
+    if (const double left = part.statistics.at(intersecting_triangles_name); contact && left > 0) {
+        log_warning("{}: {:.0f} skin triangles intersect in spite of contact", label(task), left);
+    }
     if (part.statistics.at("converged") != 0) return;
     log_warning("{} did not converge: Newton's method {} at a relative residual of {:.1e} after {} iterations",
                 label(task), part.stop_reason, part.statistics.at("residual_relative"),
@@ -155,9 +158,9 @@ DeformationSet simulate_samples(const Template& body_template, const BodySet& bo
     batch.read = [&](const H5Reader& file) { read_sample(file, num_vertices); };
     batch.make_worker = [&] {
         const auto worker = std::make_shared<Worker>(body_template, bodies, poses, options);
-        return [worker, &ordered](int item_idx) -> PartWriter {
+        return [worker, &ordered, &options](int item_idx) -> PartWriter {
             const SamplePart part = worker->simulate(ordered[item_idx].pair);
-            report_trouble(ordered[item_idx], part);
+            report_trouble(ordered[item_idx], part, options.contact.contact);
             return [part](H5Writer& file) { write_sample(file, part); };
         };
     };

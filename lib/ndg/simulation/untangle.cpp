@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ndg/simulation/untangle.h"
 
+#include "ndg/geometry/surface_pairs.h"
 #include "ndg/geometry/triangle_crossings.h"
 #include "ndg/geometry/triangle_mesh.h"
 
@@ -17,17 +18,30 @@ constexpr int rings = 3;
 constexpr double least_share = 0.03;
 /// The same on the way out again.
 constexpr double out_share = 0.93;
-constexpr int max_rounds = 40;
+constexpr int max_rounds = 60;
+/// Share of the gap below which skin all but touches skin.
+constexpr double least_gap_share = 0.1;
 
-/// Per vertex of the wrap: 1 where it is crossed, falling to 0 beyond the rings.
-Eigen::VectorXd crossed_vertices(const std::vector<std::pair<int, int>>& crossings, const Triangles& triangles,
-                                 const std::vector<std::vector<int>>& neighbours)
+/// Vertices of skin that crosses itself, or where there is none of skin that all but touches itself.
+std::vector<int> met_vertices(const Points& skin, const Triangles& triangles, const SurfaceParts& parts, double gap)
+{
+    std::vector<int> met;
+    for (const int t : triangles_of_pairs(crossing_triangles(skin, triangles))) {
+        for (int a = 0; a < 3; ++a) met.push_back(triangles(t, a));
+    }
+    if (!met.empty()) return met;
+    for (const SurfacePair& pair : parts.close_pairs(skin, least_gap_share * gap)) {
+        met.insert(met.end(), pair.vertices.begin(), pair.vertices.end());
+    }
+    return met;
+}
+
+/// Per vertex of the wrap: 1 where it is met, falling to 0 beyond the rings.
+Eigen::VectorXd spread(const std::vector<int>& met, const std::vector<std::vector<int>>& neighbours)
 {
     const auto num_vertices = static_cast<int>(neighbours.size());
     Eigen::VectorXd weights = Eigen::VectorXd::Zero(num_vertices);
-    for (const int t : triangles_of_pairs(crossings)) {
-        for (int a = 0; a < 3; ++a) weights[triangles(t, a)] = 1;
-    }
+    for (const int v : met) weights[v] = 1;
     for (int ring = 1; ring <= rings; ++ring) {
         const double weight = 1 - double(ring) / (rings + 1);
         const Eigen::VectorXd inner = weights;
@@ -59,10 +73,12 @@ std::vector<std::pair<int, int>> untangle(Points& volume_vertices, const Templat
             volume_vertices.row(row) = start.row(v) + shares[v] * (start.row(row) - start.row(v));
         }
     };
-    std::vector<std::pair<int, int>> crossings = crossing_triangles(skin, triangles);
+    const SurfaceParts parts(triangles, num_wrap);
     Eigen::VectorXd evened = Eigen::VectorXd::Zero(num_wrap);
-    for (int round = 0; round < max_rounds && !crossings.empty(); ++round) {
-        const Eigen::VectorXd crossed = crossed_vertices(crossings, triangles, neighbours);
+    for (int round = 0; round < max_rounds; ++round) {
+        const std::vector<int> met = met_vertices(skin, triangles, parts, gap);
+        if (met.empty()) break;
+        const Eigen::VectorXd crossed = spread(met, neighbours);
         const Points before = skin;
         for (int v = 0; v < num_wrap; ++v) {
             if (!(crossed[v] > 0)) continue;
@@ -76,8 +92,8 @@ std::vector<std::pair<int, int>> untangle(Points& volume_vertices, const Templat
                 evened[v] = 1;
             }
         }
-        crossings = crossing_triangles(skin, triangles);
     }
+    std::vector<std::pair<int, int>> crossings = crossing_triangles(skin, triangles);
     if (!crossings.empty()) return crossings;
 
     const auto thickened = [&]() -> Points { return skin + 0.5 * gap * vertex_normals(skin, triangles); };
@@ -107,8 +123,7 @@ std::vector<std::pair<int, int>> untangle(Points& volume_vertices, const Templat
             }
         }
     }
-    crossings = crossing_triangles(skin, triangles);
-    return crossings;
+    return crossing_triangles(skin, triangles);
 }
 
 }  // namespace ndg
