@@ -21,6 +21,8 @@ constexpr double round_radius = 6e-3;
 /// Pairs this much beyond the contact distance are elements already, m.
 constexpr double element_margin = 2e-3;
 constexpr int max_rounds = 100;
+/// Iterations that contact may take, by those of a solve without.
+constexpr int iteration_factor = 4;
 /// A round in which nothing moves as much, m, is the last.
 constexpr double least_movement = 1e-5;
 /// Share of the contact distance that parts keep, so that the barrier's stiffness stays bounded.
@@ -160,22 +162,25 @@ std::vector<SurfacePair> ContactSolver::near_pairs(const Points& vertices, const
     return near;
 }
 
-NewtonResult ContactSolver::solve(Points& vertices, const NewtonOptions& options)
+void ContactSolver::solve(Points& vertices, const NewtonOptions& options, NewtonResult& result)
 {
+    const Points given = vertices;
     const std::vector<std::pair<int, int>> crossings = untangle(vertices, template_, distance_);
     if (!crossings.empty()) log_debug("{} pairs of skin triangles cannot be untangled", crossings.size());
-    NewtonResult result;
-    int iterations = 0, factorizations = 0;
+    const int max_iterations = result.iterations + iteration_factor * options.max_iterations;
+    int iterations = result.iterations, factorizations = result.factorizations;
     NewtonOptions rest = options;
-    for (int round = 0; round < max_rounds && iterations < options.max_iterations; ++round) {
+    for (int round = 0; round < max_rounds && iterations < max_iterations; ++round) {
         const Points start = vertices;
         const std::vector<SurfacePair> found = pairs(vertices, 2 * round_radius + element_margin, crossings);
-        term_->set_pairs(near_pairs(vertices, found));
+        const std::vector<SurfacePair> near = near_pairs(vertices, found);
+        if (near.empty() && vertices == given) break;
+        term_->set_pairs(near);
         const Objective objective(elastic_);
         NewtonSolver newton(objective);
         LocalRelaxation relaxation(objective);
         const StepFilter filter = RoundFilter(start, found, least_distance_share * distance_);
-        rest.max_iterations = options.max_iterations - iterations;
+        rest.max_iterations = max_iterations - iterations;
         result = newton.minimise(
             vertices, rest,
             [&](Points& positions, const Eigen::VectorXd& gradient) {
@@ -189,13 +194,11 @@ NewtonResult ContactSolver::solve(Points& vertices, const NewtonOptions& options
                   describe(result.stop));
         // Equilibrium counts where no pair can have come near since the elements were chosen.
         const double moved = (vertices - start).rowwise().norm().maxCoeff();
-        const bool goes_on = result.stop == NewtonStop::held ? moved > least_movement : result.converged();
-        if (!goes_on || (result.converged() && 2 * moved <= element_margin)) break;
+        if (result.converged() ? 2 * moved <= element_margin : moved <= least_movement) break;
     }
     term_->set_pairs({});
     result.iterations = iterations;
     result.factorizations = factorizations;
-    return result;
 }
 
 }  // namespace ndg

@@ -19,9 +19,11 @@ public:
     /// elements.
     ContactSolver(const Template& body_template, ElasticBody& elastic, const ContactOptions& options);
 
-    /// From an equilibrium without contact to one with it. Skin that crosses itself is untangled first; no step passes
-    /// skin through skin. Pairs of triangles that untangling leaves crossed are left to pass.
-    NewtonResult solve(Points& vertices, const NewtonOptions& options);
+    /// From an equilibrium without contact, reached as `result` tells, to one with it. Skin that crosses itself is
+    /// untangled first; no step passes skin through skin. Pairs of triangles that untangling leaves crossed are left to
+    /// pass. Up to four times as many iterations as `options` has are added to those of `result`, which keeps all else
+    /// where no skin is near skin.
+    void solve(Points& vertices, const NewtonOptions& options, NewtonResult& result);
 
 private:
     /// All but those that belong to the triangles that cross.

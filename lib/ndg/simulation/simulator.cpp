@@ -129,10 +129,7 @@ SimulationResult Simulator::simulate(const Pose& pose)
         }
     }
     if (contact_ && result.newton.stop != NewtonStop::not_finite) {
-        NewtonResult second = contact_->solve(result.vertices, options_.newton);
-        second.iterations += result.newton.iterations;
-        second.factorizations += result.newton.factorizations;
-        result.newton = std::move(second);
+        contact_->solve(result.vertices, options_.newton, result.newton);
     }
     measure(result);
     return result;

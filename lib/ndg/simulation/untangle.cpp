@@ -89,6 +89,7 @@ std::vector<std::pair<int, int>> untangle(Points& volume_vertices, const Templat
                 Eigen::RowVector3d mean = Eigen::RowVector3d::Zero();
                 for (const int other : neighbours[v]) mean += before.row(other) / double(neighbours[v].size());
                 skin.row(v) += 0.5 * crossed[v] * (mean - before.row(v));
+                volume_vertices.row(num_wrap + v) = 0.5 * (start.row(v) + skin.row(v));
                 evened[v] = 1;
             }
         }
