@@ -22,7 +22,7 @@ constexpr double round_radius = 6e-3;
 constexpr double element_margin = 2e-3;
 constexpr int max_rounds = 100;
 /// Iterations that contact may take, by those of a solve without.
-constexpr int iteration_factor = 4;
+constexpr int iteration_factor = 2;
 /// A round in which nothing moves as much, m, is the last.
 constexpr double least_movement = 1e-5;
 /// Share of the contact distance that parts keep, so that the barrier's stiffness stays bounded.

@@ -21,7 +21,7 @@ public:
 
     /// From an equilibrium without contact, reached as `result` tells, to one with it. Skin that crosses itself is
     /// untangled first; no step passes skin through skin. Pairs of triangles that untangling leaves crossed are left to
-    /// pass. Up to four times as many iterations as `options` has are added to those of `result`, which keeps all else
+    /// pass. Up to twice as many iterations as `options` has are added to those of `result`, which keeps all else
     /// where no skin is near skin.
     void solve(Points& vertices, const NewtonOptions& options, NewtonResult& result);
 

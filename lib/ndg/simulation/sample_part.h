@@ -11,7 +11,7 @@
 
 namespace ndg {
 
-inline const PartKind sample_parts = {"ndg-fem-part", 4, "samples"};
+inline const PartKind sample_parts = {"ndg-fem-part", 3, "samples"};
 
 struct SamplePart {
     std::vector<float> vertices;               ///< N_v * 3, row-major
