@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <limits>
 #include <numeric>
 #include <set>
 
@@ -25,6 +26,9 @@ constexpr int max_rounds = 100;
 constexpr int iteration_factor = 2;
 /// A round in which nothing moves as much, m, is the last.
 constexpr double least_movement = 1e-5;
+/// So many rounds that lower the energy by less than this share of it are the last too.
+constexpr double least_progress = 2e-5;
+constexpr int max_stalled_rounds = 3;
 /// Share of the contact distance that parts keep, so that the barrier's stiffness stays bounded.
 constexpr double least_distance_share = 0.03;
 /// Where vertices at the end of their way shorten the step by more than this, a new round begins.
@@ -170,6 +174,8 @@ void ContactSolver::solve(Points& vertices, const NewtonOptions& options, Newton
     const int max_iterations = result.iterations + iteration_factor * options.max_iterations;
     int iterations = result.iterations, factorizations = result.factorizations;
     NewtonOptions rest = options;
+    double energy = std::numeric_limits<double>::infinity();
+    int stalled = 0;
     for (int round = 0; round < max_rounds && iterations < max_iterations; ++round) {
         const Points start = vertices;
         const std::vector<SurfacePair> found = pairs(vertices, 2 * round_radius + element_margin, crossings);
@@ -195,6 +201,9 @@ void ContactSolver::solve(Points& vertices, const NewtonOptions& options, Newton
         // Equilibrium counts where no pair can have come near since the elements were chosen.
         const double moved = (vertices - start).rowwise().norm().maxCoeff();
         if (result.converged() ? 2 * moved <= element_margin : moved <= least_movement) break;
+        stalled = result.energy_joule > (1 - least_progress) * energy ? stalled + 1 : 0;
+        if (stalled == max_stalled_rounds) break;
+        energy = result.energy_joule;
     }
     term_->set_pairs({});
     result.iterations = iterations;
