@@ -154,8 +154,9 @@ int main(int argc, char** argv)
         Simulator simulator(bench.body_template, options);
         std::vector<double> seconds, iterations, factorizations;
         NewtonTimes times;
-        int converged = 0, stepped = 0, without_inverted = 0;
-        double inverted = 0, body_seconds = 0, plain_seconds = 0, same_seconds = 0;
+        int converged = 0, stepped = 0, without_inverted = 0, without_corner_inverted = 0;
+        double inverted = 0, corner_inverted = 0, intersecting = 0, body_seconds = 0, plain_seconds = 0,
+               same_seconds = 0;
         int plain_converged = 0, plain_done = 0;
         Points last;
         for (std::size_t b = 0; b < bench.bodies.size(); ++b) {
@@ -173,8 +174,11 @@ int main(int argc, char** argv)
                 factorizations.push_back(newton.factorizations);
                 converged += newton.converged();
                 stepped += result.load_steps > 0;
-                inverted += result.inverted_prisms;
-                without_inverted += result.inverted_prisms == 0;
+                inverted += result.inverted_prisms.by_volume;
+                corner_inverted += result.inverted_prisms.at_corners;
+                intersecting += result.intersecting_triangles;
+                without_inverted += result.inverted_prisms.by_volume == 0;
+                without_corner_inverted += result.inverted_prisms.at_corners == 0;
                 times.relaxation += newton.seconds.relaxation;
                 times.assembly += newton.seconds.assembly;
                 times.factorization += newton.seconds.factorization;
@@ -183,10 +187,11 @@ int main(int argc, char** argv)
                 last = result.vertices;
                 fmt::print(stderr,
                            "body {} {:<15} {:5.2f} s: {:2d} iterations, {:2d} factorizations, {:2d} CG; {}, {:.1e} N, "
-                           "relative {:.1e}; {} inverted\n",
+                           "relative {:.1e}; {} inverted, {} at corners; {} skin triangles intersect\n",
                            b, pose.name, seconds.back(), newton.iterations, newton.factorizations, newton.cg_iterations,
                            describe(newton.stop), newton.residual_newton, newton.residual_relative,
-                           result.inverted_prisms);
+                           result.inverted_prisms.by_volume, result.inverted_prisms.at_corners,
+                           result.intersecting_triangles);
                 if (plain_done >= num_plain) continue;
                 ++plain_done;
                 same_seconds += seconds.back();
@@ -234,6 +239,9 @@ int main(int argc, char** argv)
         report.add("load_stepped_share", stepped / samples);
         report.add("inverted_prisms_mean", inverted / samples);
         report.add("frames_without_inverted", without_inverted / samples);
+        report.add("corner_inverted_prisms_mean", corner_inverted / samples);
+        report.add("frames_without_corner_inverted", without_corner_inverted / samples);
+        report.add("intersecting_skin_triangles_mean", intersecting / samples);
         report.add("peak_memory_mib", peak_memory_mib());
         if (plain_done > 0) {
             report.add("plain_converged_share", static_cast<double>(plain_converged) / plain_done);

@@ -54,9 +54,10 @@ int main(int argc, char** argv)
         write_report(output_path, report);
 
         for (const MethodMetrics& row : report.rows)
-            std::cout << fmt::format("{:<18} E_pos {:8.3f} mm  E_grad {:9.4f}e-3  E_inv {:8.2f}  E_vol {:9.4f}e-3\n",
-                                     row.method, row.mean.position_error_mm, 1e3 * row.mean.gradient_error,
-                                     row.mean.inverted_prisms, 1e3 * row.mean.volume_error);
+            std::cout << fmt::format(
+                "{:<18} E_pos {:8.3f} mm  E_grad {:9.4f}e-3  E_inv {:8.2f}  E_corner {:8.2f}  E_vol {:9.4f}e-3\n",
+                row.method, row.mean.position_error_mm, 1e3 * row.mean.gradient_error, row.mean.inverted_prisms,
+                row.mean.corner_inverted_prisms, 1e3 * row.mean.volume_error);
         if (!violation.empty())
             throw QualityError(fmt::format("The expected order {} does not hold: {}", expect_order, violation));
     });

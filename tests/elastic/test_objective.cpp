@@ -91,7 +91,21 @@ TEST_CASE("The guarded energy sees flat and inverted prisms, with its derivative
     for (int p = 0; p < tube.num_prisms(); ++p) {
         const double volume = prism_volume(gather_prism(rest, tube.prisms, p));
         const double share = prism_volume(gather_prism(pressed, tube.prisms, p)) / volume;
-        expected += lambda[p >= tube.fat_begin()] * volume * volume_guard(share).energy;
+        double guard = volume_guard(share).energy;
+        // Corners by six times the volume of a tetrahedron: the vertex, the next two of its triangle, the one across.
+        for (int a = 0; a < 6; ++a) {
+            const int row = a < 3 ? 0 : 3;
+            const auto jacobian = [&](const Points& x) {
+                const auto at = [&](int corner) -> Eigen::Vector3d {
+                    return x.row(tube.prisms(p, corner)).transpose();
+                };
+                const Eigen::Vector3d across = a < 3 ? at(a) - at(a + 3) : at(a - 3) - at(a);
+                const Eigen::Vector3d next = at(row + (a + 1) % 3) - at(a), last = at(row + (a + 2) % 3) - at(a);
+                return next.cross(last).dot(across);
+            };
+            guard += corner_guard(jacobian(pressed) / jacobian(rest)).energy / 6;
+        }
+        expected += lambda[p >= tube.fat_begin()] * volume * guard;
     }
     REQUIRE(expected > 1);
     REQUIRE(objective.energy(pressed) - paper_objective.energy(pressed) == Approx(expected));

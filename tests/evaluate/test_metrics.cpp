@@ -111,6 +111,8 @@ TEST_CASE("A mirrored body has every prism inverted")
     Points mirrored = tube.rest.volume_vertices;
     mirrored.col(0) *= -1;
     CHECK(metrics.evaluate(mirrored, mirrored).inverted_prisms == tube.num_prisms());
+    CHECK(metrics.evaluate(mirrored, mirrored).corner_inverted_prisms == tube.num_prisms());
+    CHECK(metrics.evaluate(tube.rest.volume_vertices, tube.rest.volume_vertices).corner_inverted_prisms == 0);
 }
 
 TEST_CASE("Means are arithmetic, figure by figure")

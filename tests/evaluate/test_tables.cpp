@@ -164,7 +164,7 @@ TEST_CASE_METHOD(Fixture, "The JSON tables hold exactly the agreed keys")
             names.push_back(name);
             CHECK(value.is_number());
         }
-        CHECK(names == std::vector<std::string>{"E_grad_e3", "E_inv", "E_pos_mm", "E_vol_e3"});
+        CHECK(names == std::vector<std::string>{"E_corner", "E_grad_e3", "E_inv", "E_pos_mm", "E_vol_e3"});
     }
     CHECK(tables["table1"]["LBS"]["E_pos_mm"].get<double>() == Approx(4.0).epsilon(1e-3));
     const json& counts = tables["counts"];

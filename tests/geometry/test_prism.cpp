@@ -329,3 +329,40 @@ TEST_CASE("prism: local coordinates invert the map")
     flat.col(2).setZero();
     CHECK_FALSE(prism_coordinates(flat, Eigen::RowVector3d(0.5, 0.3, 1.0)).converged);
 }
+
+TEST_CASE("prism: a corner folded over is counted though the volume is positive")
+{
+    // The unit right prism, twice; of the second one outer vertex is pushed across the opposite side of its triangle.
+    Points vertices(12, 3);
+    vertices.topRows(6) << 1, 0, 1, 0, 1, 1, 0, 0, 1, 1, 0, 0, 0, 1, 0, 0, 0, 0;
+    vertices.bottomRows(6) = vertices.topRows(6);
+    vertices.row(8) << 0.6, 0.6, 1;
+    Prisms prisms(2, 6);
+    prisms << 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11;
+    const InvertedPrisms count = count_inverted_prisms(vertices, prisms);
+    CHECK(count.by_volume == 0);
+    CHECK(count.at_corners == 1);
+    const PrismVertices whole = gather_prism(vertices, prisms, 0), folded = gather_prism(vertices, prisms, 1);
+    CHECK(prism_min_corner_jacobian(whole) == Approx(1));
+    // (x0 - x2) x (x1 - x2) . (x0 - x3) of the outer triangle: (0.4, -0.6, 0) x (-0.6, 0.4, 0) = (0, 0, -0.2).
+    CHECK(prism_min_corner_jacobian(folded) == Approx(-0.2));
+    for (int corner = 0; corner < 6; ++corner) {
+        const double step = 1e-6;
+        const PrismVertices gradient = prism_corner_jacobian_gradient(folded, corner);
+        const auto hessian = prism_corner_jacobian_hessian(folded, corner);
+        for (int k = 0; k < 18; ++k) {
+            PrismVertices plus = folded, minus = folded;
+            plus(k / 3, k % 3) += step;
+            minus(k / 3, k % 3) -= step;
+            CHECK(gradient(k / 3, k % 3) ==
+                  Approx((prism_corner_jacobian(plus, corner) - prism_corner_jacobian(minus, corner)) / (2 * step))
+                      .margin(1e-8));
+            const PrismVertices change =
+                (prism_corner_jacobian_gradient(plus, corner) - prism_corner_jacobian_gradient(minus, corner)) /
+                (2 * step);
+            for (int l = 0; l < 18; ++l) CHECK(hessian(l, k) == Approx(change(l / 3, l % 3)).margin(1e-8));
+        }
+    }
+    vertices.row(8) << 3, 3, 1;
+    CHECK(count_inverted_prisms(vertices, prisms).by_volume == 1);
+}

@@ -117,7 +117,7 @@ try:
     names = [h5py.File(f"{out}/{method}.h5").attrs["method"] for method in methods]
     check(list(table) == ["FEM", *names], f"Table 1 has FEM and the methods in order: {', '.join(names)}")
     for method, row in table.items():
-        check(set(row) == {"E_pos_mm", "E_grad_e3", "E_inv", "E_vol_e3"} and all(math.isfinite(v) for v in row.values()),
+        check(set(row) == {"E_pos_mm", "E_grad_e3", "E_inv", "E_corner", "E_vol_e3"} and all(math.isfinite(v) for v in row.values()),
               f"{method}: four finite figures")
     check(table["FEM"]["E_pos_mm"] == 0 and table["FEM"]["E_grad_e3"] == 0, "FEM is its own reference")
     check(table["FEM"]["E_vol_e3"] < 20, f"FEM keeps volume: {table['FEM']['E_vol_e3']:.2f}e-3 < 20e-3")

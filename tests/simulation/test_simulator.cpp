@@ -172,7 +172,9 @@ TEST_CASE("Identity pose gives the rest shape")
     const SimulationResult result = simulator.simulate(Pose::rest(tube.skeleton.num_joints()));
     REQUIRE(result.newton.converged());
     REQUIRE(largest_distance(result.vertices, tube.rest.volume_vertices) < 1e-9);
-    REQUIRE(result.inverted_prisms == 0);
+    REQUIRE(result.inverted_prisms.by_volume == 0);
+    REQUIRE(result.inverted_prisms.at_corners == 0);
+    REQUIRE(result.intersecting_triangles == 0);
 }
 
 TEST_CASE("Turning the root turns the result")

@@ -24,7 +24,7 @@ struct DeformationSet : SampleIndex {
     int num_volume_vertices = 0;
     std::vector<std::vector<float>> vertices;  ///< per sample N_v * 3, row-major; none in an opened set
     /// Per-sample figures, e.g. energy_joule, residual_newton, residual_relative, iterations, converged,
-    /// inverted_prisms, seconds: name -> one value a sample.
+    /// inverted_prisms, corner_inverted_prisms, seconds...: name -> one value a sample.
     std::map<std::string, std::vector<double>> statistics;
     std::vector<std::string> stop_reasons;  ///< why the solver stopped, one a sample; empty where there is no solver
     std::vector<FailedSample> failures;

@@ -26,6 +26,10 @@ public:
     virtual void add_hessian(const Points& positions, const ElementPlaces& places, HessianKind kind,
                              HessianSum& sum) const = 0;
 
+protected:
+    /// For a term whose elements come and go. Objectives know those that were there when they were made.
+    void set_stencils(Stencils stencils) { stencils_ = std::move(stencils); }
+
 private:
     Stencils stencils_;
 };

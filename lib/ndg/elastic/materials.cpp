@@ -11,7 +11,7 @@ Lame lame_parameters(double young_modulus_pascal, double poisson_ratio)
 
 void describe(OptionList& list, MaterialOptions& options)
 {
-    list.add("energy", options.energy, "flesh energy; inversion-free guards the volume of every prism too");
+    list.add("energy", options.energy, "flesh energy; inversion-free guards volume and corners of every prism too");
     list.add("young-muscle", options.young_muscle_pascal, "Young's modulus of the muscle layer, Pa", 1e-12, 1e9);
     list.add("young-fat", options.young_fat_pascal, "Young's modulus of the fat layer, Pa", 1e-12, 1e9);
     list.add("poisson-ratio", options.poisson_ratio, "Poisson's ratio of both layers", 0.13, 0.4999);

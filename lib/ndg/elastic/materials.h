@@ -13,8 +13,8 @@ struct Lame {
 Lame lame_parameters(double young_modulus_pascal, double poisson_ratio);
 
 /// paper: flesh resists by the averaged deformation gradient of every prism alone (NDG equation 3), which does not see
-/// the prism's hourglass modes, so that some end inverted. inversion_free: by the prism's exact volume too, below a
-/// quarter of its rest volume (volume_guard.h).
+/// the prism's hourglass modes, so that some end inverted and many folded over at a corner. inversion_free: by the
+/// prism's exact volume and its corners' Jacobians too, where they are a small share of those at rest (volume_guard.h).
 enum class FleshEnergy { paper, inversion_free };
 template <>
 inline constexpr EnumName<FleshEnergy> enum_table<FleshEnergy>[] = {{FleshEnergy::paper, "paper"},
@@ -22,7 +22,7 @@ inline constexpr EnumName<FleshEnergy> enum_table<FleshEnergy>[] = {{FleshEnergy
 
 /// Stiffness of flesh and skin; defaults of NDG 3.2.
 struct MaterialOptions {
-    FleshEnergy energy = FleshEnergy::paper;
+    FleshEnergy energy = FleshEnergy::inversion_free;
     double young_muscle_pascal = 45e3;
     double young_fat_pascal = 15e3;
     double poisson_ratio = 0.47;

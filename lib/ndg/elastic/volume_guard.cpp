@@ -3,15 +3,29 @@
 
 namespace ndg {
 
-VolumeGuard volume_guard(double volume_share)
+namespace {
+
+VolumeGuard cubic_guard(double share, double guarded_share, double stiffness)
 {
     VolumeGuard guard;
-    if (volume_share >= guarded_volume_share) return guard;
-    const double depth = 1 - volume_share / guarded_volume_share;
-    guard.energy = volume_guard_stiffness * depth * depth * depth;
-    guard.first = -3 * volume_guard_stiffness * depth * depth / guarded_volume_share;
-    guard.second = 6 * volume_guard_stiffness * depth / (guarded_volume_share * guarded_volume_share);
+    if (share >= guarded_share) return guard;
+    const double depth = 1 - share / guarded_share;
+    guard.energy = stiffness * depth * depth * depth;
+    guard.first = -3 * stiffness * depth * depth / guarded_share;
+    guard.second = 6 * stiffness * depth / (guarded_share * guarded_share);
     return guard;
+}
+
+}  // namespace
+
+VolumeGuard volume_guard(double volume_share)
+{
+    return cubic_guard(volume_share, guarded_volume_share, volume_guard_stiffness);
+}
+
+VolumeGuard corner_guard(double corner_share)
+{
+    return cubic_guard(corner_share, guarded_corner_share, corner_guard_stiffness);
 }
 
 }  // namespace ndg

@@ -11,54 +11,91 @@ namespace {
 
 using Batch = ElementBatch<VolumeGuardTerm::Rest>;
 
-/// Volumes over rest volumes, exact (supplement equation 15).
-Lanes volume_shares(const Points& positions, const Batch& batch)
+/// Whether the volume (supplement equation 15) or a corner's Jacobian of any is in the guard's reach.
+bool any_guarded(const Points& positions, const Batch& batch)
 {
     // x = xi outer + (1 - xi) inner: d alpha x d beta is quadratic in xi, with means 1/3 and 1/6 of xi^2, xi (1 - xi).
     const std::array<Lanes3, 6> x = gather_corners<6>(positions, batch.corners);
     const Lanes3 outer0 = x[0] - x[2], outer1 = x[1] - x[2], inner0 = x[3] - x[5], inner1 = x[4] - x[5];
     const Lanes3 up = (x[0] + x[1] + x[2]) - (x[3] + x[4] + x[5]);
-    const Lanes3 area =
-        Lanes(2.0) * (cross(outer0, outer1) + cross(inner0, inner1)) + cross(outer0, inner1) + cross(inner0, outer1);
+    const Lanes3 outer = cross(outer0, outer1), inner = cross(inner0, inner1);
+    const Lanes3 area = Lanes(2.0) * (outer + inner) + cross(outer0, inner1) + cross(inner0, outer1);
     const Lanes rest_volume = gather_lanes(batch.rests, [](const auto* rest) { return rest->volume; });
-    return dot(area, up) / (36.0 * rest_volume);
+    if (any_of(dot(area, up) < 36.0 * guarded_volume_share * rest_volume)) return true;
+    for (std::size_t a = 0; a < 6; ++a) {
+        const Lanes rest = gather_lanes(batch.rests, [a](const auto* of) { return of->corners[a]; });
+        const Lanes jacobian = dot(a < 3 ? outer : inner, x[a % 3] - x[a % 3 + 3]);
+        if (any_of(jacobian < guarded_corner_share * rest)) return true;
+    }
+    return false;
+}
+
+using Vector18 = Eigen::Matrix<double, 18, 1>;
+using Matrix18 = Eigen::Matrix<double, 18, 18>;
+
+Vector18 stacked(const PrismVertices& gradient)
+{
+    Vector18 result;
+    for (int a = 0; a < 6; ++a) result.segment<3>(3 * a) = gradient.row(a).transpose();
+    return result;
 }
 
 /// One prism's.
 class GuardedPrism {
 public:
     GuardedPrism(const PrismVertices& prism, const VolumeGuardTerm::Rest& rest)
-        : prism_(prism),
-          scale_(rest.modulus * rest.volume),
-          rest_volume_(rest.volume),
-          guard_(volume_guard(prism_volume(prism_) / rest_volume_))
+        : prism_(prism), rest_(rest), guard_(volume_guard(prism_volume(prism_) / rest.volume))
     {
+        for (int a = 0; a < 6; ++a) corners_[a] = corner_guard(prism_corner_jacobian(prism_, a) / rest.corners[a]);
     }
-    bool active() const { return guard_.energy > 0; }
-    double energy() const { return scale_ * guard_.energy; }
-    /// Stacked.
-    Eigen::Matrix<double, 18, 1> forces() const { return scale_ * guard_.first * share_gradient(); }
-    /// Semi-definite without the curvature of the volume itself.
-    Eigen::Matrix<double, 18, 18> hessian(bool exact) const
+    double energy() const
     {
-        const Eigen::Matrix<double, 18, 1> gradient = share_gradient();
-        Eigen::Matrix<double, 18, 18> hessian = scale_ * guard_.second * gradient * gradient.transpose();
-        if (exact) hessian += scale_ * guard_.first / rest_volume_ * prism_volume_hessian(prism_);
+        double energy = guard_.energy;
+        for (const VolumeGuard& corner : corners_) energy += corner.energy / 6;
+        return rest_.modulus * rest_.volume * energy;
+    }
+    bool active() const { return energy() > 0; }
+    /// Stacked.
+    Vector18 forces() const
+    {
+        Vector18 forces = Vector18::Zero();
+        for_active([&](double scale, const VolumeGuard& guard, const Vector18& gradient, const auto&) {
+            forces += scale * guard.first * gradient;
+        });
+        return forces;
+    }
+    /// Semi-definite without the curvature of volume and Jacobians themselves.
+    Matrix18 hessian(bool exact) const
+    {
+        Matrix18 hessian = Matrix18::Zero();
+        for_active([&](double scale, const VolumeGuard& guard, const Vector18& gradient, const auto& curvature) {
+            hessian += scale * guard.second * gradient * gradient.transpose();
+            if (exact) hessian += scale * guard.first * curvature();
+        });
         return hessian;
     }
 
 private:
-    Eigen::Matrix<double, 18, 1> share_gradient() const
+    /// work(joule, guard, its share's gradient, function for the share's Hessian).
+    template <class Work>
+    void for_active(const Work& work) const
     {
-        const PrismVertices gradient = prism_volume_gradient(prism_) / rest_volume_;
-        Eigen::Matrix<double, 18, 1> stacked;
-        for (int a = 0; a < 6; ++a) stacked.segment<3>(3 * a) = gradient.row(a).transpose();
-        return stacked;
+        const double scale = rest_.modulus * rest_.volume;
+        if (guard_.energy > 0) {
+            work(scale, guard_, stacked(prism_volume_gradient(prism_) / rest_.volume),
+                 [&]() -> Matrix18 { return prism_volume_hessian(prism_) / rest_.volume; });
+        }
+        for (int a = 0; a < 6; ++a) {
+            if (!(corners_[a].energy > 0)) continue;
+            work(scale / 6, corners_[a], stacked(prism_corner_jacobian_gradient(prism_, a) / rest_.corners[a]),
+                 [&]() -> Matrix18 { return prism_corner_jacobian_hessian(prism_, a) / rest_.corners[a]; });
+        }
     }
 
     PrismVertices prism_;
-    double scale_, rest_volume_;
+    const VolumeGuardTerm::Rest& rest_;
     VolumeGuard guard_;
+    std::array<VolumeGuard, 6> corners_;
 };
 
 }  // namespace
@@ -69,13 +106,19 @@ VolumeGuardTerm::VolumeGuardTerm(const Eigen::Ref<const Prisms>& prisms, const s
 {
     require(prisms.rows() == static_cast<Eigen::Index>(moduli.size()), "{} prisms of {} moduli", prisms.rows(),
             moduli.size());
-    for (const double modulus : moduli) rests_.push_back({modulus, 0});
+    for (const double modulus : moduli) rests_.push_back({modulus, 0, {}});
 }
 
 void VolumeGuardTerm::set_rest(const Eigen::Ref<const Points>& rest_vertices)
 {
     for (int p = 0; p < stencils().size(); ++p) {
-        rests_[p].volume = prism_volume(corner_positions<6>(rest_vertices, stencils().corners(p)));
+        const PrismVertices prism = corner_positions<6>(rest_vertices, stencils().corners(p));
+        rests_[p].volume = prism_volume(prism);
+        for (int a = 0; a < 6; ++a) {
+            double& corner = rests_[p].corners[a];
+            corner = prism_corner_jacobian(prism, a);
+            require(corner > 0, "corner {} of rest prism {} has Jacobian {} m^3", a, p, corner);
+        }
     }
 }
 
@@ -84,7 +127,7 @@ template <class Work>
 void VolumeGuardTerm::for_guarded(const Points& positions, const ElementPlaces& places, const Work& work) const
 {
     for_batches(stencils(), rests_, places, [&](const Batch& batch) {
-        if (none_of(volume_shares(positions, batch) < guarded_volume_share)) return;
+        if (!any_guarded(positions, batch)) return;
         for (int i = 0; i < batch.count; ++i) {
             const GuardedPrism prism(corner_positions<6>(positions, batch.corners[i]), *batch.rests[i]);
             if (prism.active()) work(batch.places[i], i, prism);

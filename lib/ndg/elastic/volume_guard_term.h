@@ -4,16 +4,18 @@
 #include "ndg/elastic/energy_term.h"
 #include "ndg/elastic/volume_guard.h"
 
+#include <array>
 #include <vector>
 
 namespace ndg {
 
-/// What keeps prisms from inverting (volume_guard.h); nothing where they are far from flat.
+/// What keeps prisms and their corners from inverting (volume_guard.h); nothing where they are far from flat.
 class VolumeGuardTerm : public EnergyTerm {
 public:
     struct Rest {
-        double modulus = 0;  ///< k_f lambda, Pa
-        double volume = 0;   ///< m^3
+        double modulus = 0;               ///< k_f lambda, Pa
+        double volume = 0;                ///< m^3
+        std::array<double, 6> corners{};  ///< det J, m^3
     };
 
     /// `moduli`: k_f lambda of every prism.

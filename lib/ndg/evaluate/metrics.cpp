@@ -38,6 +38,9 @@ SampleMetrics BodyMetrics::evaluate(const Eigen::Ref<const Points>& reference,
     const Eigen::VectorXd volumes = prism_volumes(prediction, prisms_);
     for (Eigen::Index p = 0; p < volumes.size(); ++p) {
         if (volumes[p] < 0.0) metrics.inverted_prisms += 1.0;
+        if (prism_min_corner_jacobian(gather_prism(prediction, prisms_, p)) < 0.0) {
+            metrics.corner_inverted_prisms += 1.0;
+        }
         const double change = volumes[p] / rest_volumes_[p] - 1.0;
         metrics.volume_error += change * change / double(volumes.size());
     }
@@ -52,12 +55,14 @@ SampleMetrics mean_metrics(const std::vector<SampleMetrics>& samples)
         mean.position_error_mm += sample.position_error_mm;
         mean.gradient_error += sample.gradient_error;
         mean.inverted_prisms += sample.inverted_prisms;
+        mean.corner_inverted_prisms += sample.corner_inverted_prisms;
         mean.volume_error += sample.volume_error;
     }
     const double scale = 1.0 / double(samples.size());
     mean.position_error_mm *= scale;
     mean.gradient_error *= scale;
     mean.inverted_prisms *= scale;
+    mean.corner_inverted_prisms *= scale;
     mean.volume_error *= scale;
     return mean;
 }

@@ -10,12 +10,13 @@
 
 namespace ndg {
 
-/// The four figures of one posed body, or their average over samples.
+/// The figures of one posed body, or their average over samples.
 struct SampleMetrics {
-    double position_error_mm = 0;  ///< E_pos: mean distance over the free vertices, millimetre
-    double gradient_error = 0;     ///< E_grad: |G X - G X_hat|^2 / (9 N_p)
-    double inverted_prisms = 0;    ///< E_inv: number of prisms with exact volume < 0
-    double volume_error = 0;       ///< E_vol: mean over prisms of (V_deformed / V_rest - 1)^2
+    double position_error_mm = 0;       ///< E_pos: mean distance over the free vertices, millimetre
+    double gradient_error = 0;          ///< E_grad: |G X - G X_hat|^2 / (9 N_p)
+    double inverted_prisms = 0;         ///< E_inv: number of prisms with exact volume < 0
+    double corner_inverted_prisms = 0;  ///< E_corner: number of prisms with a negative Jacobian at a corner
+    double volume_error = 0;            ///< E_vol: mean over prisms of (V_deformed / V_rest - 1)^2
 };
 
 /// What the metrics of one body need, computed once from its rest shape.

@@ -17,8 +17,8 @@ struct Report {
     std::vector<std::string> licences;  ///< credit lines of the data the results were made from
 };
 
-/// {"table1": {method: {"E_pos_mm", "E_grad_e3", "E_inv", "E_vol_e3"}}, "counts": {...}, "seconds": {...}}, rows in
-/// order. Throws InputError when `seconds_json` is not an object of numbers.
+/// {"table1": {method: {"E_pos_mm", "E_grad_e3", "E_inv", "E_corner", "E_vol_e3"}}, "counts": {...}, "seconds": {...}},
+/// rows in order. Throws InputError when `seconds_json` is not an object of numbers.
 std::string tables_json(const Report& report);
 /// The same for readers, with the paper's Table 1 beside, labelled as the paper's.
 std::string results_markdown(const Report& report);

@@ -42,6 +42,18 @@ std::array<ReferencePoint, 8> validity_points()
     return {{{1, 0, 1}, {0, 1, 1}, {0, 0, 1}, {1, 0, 0}, {0, 1, 0}, {0, 0, 0}, quadrature[0], quadrature[1]}};
 }
 
+double smallest_jacobian(const PrismVertices& prism, int num_validity_points)
+{
+    // Corners come first.
+    double smallest = std::numeric_limits<double>::infinity();
+    const auto points = validity_points();
+    for (int i = 0; i < num_validity_points; ++i) {
+        smallest =
+            std::min(smallest, prism_jacobian(prism, points[i].alpha, points[i].beta, points[i].xi).determinant());
+    }
+    return smallest;
+}
+
 /// Derivatives of the shape functions with respect to (alpha, beta, xi), one a column.
 Eigen::Matrix<double, 6, 3> shape_derivatives(double alpha, double beta, double xi)
 {
@@ -54,6 +66,36 @@ Eigen::Matrix<double, 6, 3> shape_derivatives(double alpha, double beta, double 
         0, 1 - xi, -beta,         //
         -(1 - xi), -(1 - xi), -gamma;
     return derivatives;
+}
+
+/// d det J / d P = D cof(J)^T, because J = P^T D; the columns of cof(J) are cross products of those of J.
+PrismVertices determinant_gradient(const PrismVertices& prism, const ReferencePoint& at)
+{
+    const Eigen::Matrix3d jacobian = prism_jacobian(prism, at.alpha, at.beta, at.xi);
+    Eigen::Matrix3d cofactors;
+    cofactors.col(0) = jacobian.col(1).cross(jacobian.col(2));
+    cofactors.col(1) = jacobian.col(2).cross(jacobian.col(0));
+    cofactors.col(2) = jacobian.col(0).cross(jacobian.col(1));
+    return shape_derivatives(at.alpha, at.beta, at.xi) * cofactors.transpose();
+}
+
+/// det J is linear in each vertex: block (a, b) of its Hessian is the cross product matrix of -J (d_a x d_b), where d_a
+/// is row a of D.
+Eigen::Matrix<double, 18, 18> determinant_hessian(const PrismVertices& prism, const ReferencePoint& at)
+{
+    Eigen::Matrix<double, 18, 18> hessian;
+    const Eigen::Matrix3d jacobian = prism_jacobian(prism, at.alpha, at.beta, at.xi);
+    const Eigen::Matrix<double, 6, 3> derivatives = shape_derivatives(at.alpha, at.beta, at.xi);
+    for (int a = 0; a < 6; ++a) {
+        for (int b = 0; b < 6; ++b) {
+            const Eigen::Vector3d d_a = derivatives.row(a).transpose(), d_b = derivatives.row(b).transpose();
+            const Eigen::Vector3d v = -(jacobian * d_a.cross(d_b));
+            Eigen::Matrix3d cross;
+            cross << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
+            hessian.block<3, 3>(3 * a, 3 * b) = cross;
+        }
+    }
+    return hessian;
 }
 
 /// W of supplement equation 6.
@@ -147,47 +189,42 @@ double prism_volume(const PrismVertices& prism)
 
 PrismVertices prism_volume_gradient(const PrismVertices& prism)
 {
-    // d det J / d P = D cof(J)^T, because J = P^T D; the columns of cof(J) are cross products of those of J.
     PrismVertices gradient = PrismVertices::Zero();
-    for (const auto& at : quadrature_points()) {
-        const Eigen::Matrix3d jacobian = prism_jacobian(prism, at.alpha, at.beta, at.xi);
-        Eigen::Matrix3d cofactors;
-        cofactors.col(0) = jacobian.col(1).cross(jacobian.col(2));
-        cofactors.col(1) = jacobian.col(2).cross(jacobian.col(0));
-        cofactors.col(2) = jacobian.col(0).cross(jacobian.col(1));
-        gradient += quadrature_weight * shape_derivatives(at.alpha, at.beta, at.xi) * cofactors.transpose();
-    }
+    for (const auto& at : quadrature_points()) gradient += quadrature_weight * determinant_gradient(prism, at);
     return gradient;
 }
 
 Eigen::Matrix<double, 18, 18> prism_volume_hessian(const PrismVertices& prism)
 {
-    // det J is linear in each vertex: block (a, b) of its Hessian is the cross product matrix of -J (d_a x d_b), where
-    // d_a is row a of D.
     Eigen::Matrix<double, 18, 18> hessian = Eigen::Matrix<double, 18, 18>::Zero();
-    for (const auto& at : quadrature_points()) {
-        const Eigen::Matrix3d jacobian = prism_jacobian(prism, at.alpha, at.beta, at.xi);
-        const Eigen::Matrix<double, 6, 3> derivatives = shape_derivatives(at.alpha, at.beta, at.xi);
-        for (int a = 0; a < 6; ++a) {
-            for (int b = 0; b < 6; ++b) {
-                const Eigen::Vector3d d_a = derivatives.row(a).transpose(), d_b = derivatives.row(b).transpose();
-                const Eigen::Vector3d v = -quadrature_weight * (jacobian * d_a.cross(d_b));
-                Eigen::Matrix3d cross;
-                cross << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
-                hessian.block<3, 3>(3 * a, 3 * b) += cross;
-            }
-        }
-    }
+    for (const auto& at : quadrature_points()) hessian += quadrature_weight * determinant_hessian(prism, at);
     return hessian;
+}
+
+double prism_corner_jacobian(const PrismVertices& prism, int corner)
+{
+    const ReferencePoint at = validity_points()[corner];
+    return prism_jacobian(prism, at.alpha, at.beta, at.xi).determinant();
+}
+
+PrismVertices prism_corner_jacobian_gradient(const PrismVertices& prism, int corner)
+{
+    return determinant_gradient(prism, validity_points()[corner]);
+}
+
+Eigen::Matrix<double, 18, 18> prism_corner_jacobian_hessian(const PrismVertices& prism, int corner)
+{
+    return determinant_hessian(prism, validity_points()[corner]);
 }
 
 double prism_min_jacobian(const PrismVertices& prism)
 {
-    double smallest = std::numeric_limits<double>::infinity();
-    for (const auto& at : validity_points()) {
-        smallest = std::min(smallest, prism_jacobian(prism, at.alpha, at.beta, at.xi).determinant());
-    }
-    return smallest;
+    return smallest_jacobian(prism, 8);
+}
+
+double prism_min_corner_jacobian(const PrismVertices& prism)
+{
+    return smallest_jacobian(prism, 6);
 }
 
 double prism_min_scaled_jacobian(const PrismVertices& prism)
@@ -285,6 +322,17 @@ Eigen::VectorXd prism_volumes(const Eigen::Ref<const Points>& vertices, const Ei
         volumes[prism_idx] = prism_volume(gather_prism(vertices, prisms, prism_idx));
     }
     return volumes;
+}
+
+InvertedPrisms count_inverted_prisms(const Eigen::Ref<const Points>& vertices, const Eigen::Ref<const Prisms>& prisms)
+{
+    InvertedPrisms count;
+    for (Eigen::Index p = 0; p < prisms.rows(); ++p) {
+        const PrismVertices prism = gather_prism(vertices, prisms, p);
+        count.by_volume += prism_volume(prism) < 0;
+        count.at_corners += prism_min_corner_jacobian(prism) < 0;
+    }
+    return count;
 }
 
 PrismCoordinates prism_coordinates(const PrismVertices& prism, const Eigen::RowVector3d& point)

@@ -30,10 +30,18 @@ double prism_volume(const PrismVertices& prism);
 PrismVertices prism_volume_gradient(const PrismVertices& prism);
 /// d^2 volume / d vertices^2, exact: row and column 3 a + c are coordinate c of vertex a.
 Eigen::Matrix<double, 18, 18> prism_volume_hessian(const PrismVertices& prism);
+/// det J at a corner, m^3: six times the volume of the tetrahedron of its vertex and the three next to it. Its
+/// derivatives are laid out as the volume's.
+double prism_corner_jacobian(const PrismVertices& prism, int corner);
+PrismVertices prism_corner_jacobian_gradient(const PrismVertices& prism, int corner);
+Eigen::Matrix<double, 18, 18> prism_corner_jacobian_hessian(const PrismVertices& prism, int corner);
 /// Smallest det J over the six corners and the two quadrature points, in m^3.
 double prism_min_jacobian(const PrismVertices& prism);
-/// As above with every column of J scaled to unit length at each point and divided by that of the equilateral right
-/// prism (sin 60 degrees): 1 is ideal, <= 0 invalid. 0 for degenerate columns.
+/// Smallest det J over the six corners alone, m^3: of the posed prism it is negative where a corner is folded over,
+/// which the volume may not show.
+double prism_min_corner_jacobian(const PrismVertices& prism);
+/// As prism_min_jacobian with every column of J scaled to unit length at each point and divided by that of the
+/// equilateral right prism (sin 60 degrees): 1 is ideal, <= 0 invalid. 0 for degenerate columns.
 double prism_min_scaled_jacobian(const PrismVertices& prism);
 
 /// G of a rest prism (supplement equation 7). Throws Error when the prism is flat (singular normal matrix).
@@ -47,6 +55,13 @@ Eigen::Matrix<double, Eigen::Dynamic, 9, Eigen::RowMajor> deformation_gradients(
     const Eigen::SparseMatrix<double>& gradient_operator, const Eigen::Ref<const Points>& vertices);
 /// Exact signed volume of every prism, N_p.
 Eigen::VectorXd prism_volumes(const Eigen::Ref<const Points>& vertices, const Eigen::Ref<const Prisms>& prisms);
+
+/// How many prisms are turned inside out, by two measures.
+struct InvertedPrisms {
+    int by_volume = 0;   ///< exact volume < 0 (E_inv of NDG 5.1)
+    int at_corners = 0;  ///< det J < 0 at one of the six corners or more
+};
+InvertedPrisms count_inverted_prisms(const Eigen::Ref<const Points>& vertices, const Eigen::Ref<const Prisms>& prisms);
 
 /// (alpha, beta, xi) with prism_point(...) = point, by Newton's method; `converged` is false if none was found.
 struct PrismCoordinates {

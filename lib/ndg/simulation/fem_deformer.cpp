@@ -10,7 +10,10 @@ namespace {
 
 class FemDeformer : public Deformer {
 public:
-    FemDeformer(const Template& body_template, const SimulationOptions& options) : simulator_(body_template, options) {}
+    FemDeformer(const Template& body_template, const SimulationOptions& options)
+        : simulator_(body_template, options), contact_(options.contact.contact)
+    {
+    }
 
     Points deform(const PosedBody& posed) override
     {
@@ -21,11 +24,16 @@ public:
             log_warning("{}: Newton's method {}, relative residual {:.2e}", posed.body().name,
                         describe(result.newton.stop), result.newton.residual_relative);
         }
+        if (contact_ && result.intersecting_triangles > 0) {
+            log_warning("{}: {} skin triangles intersect in spite of contact", posed.body().name,
+                        result.intersecting_triangles);
+        }
         return std::move(result.vertices);
     }
 
 private:
     Simulator simulator_;
+    bool contact_;
     const Body* body_ = nullptr;
 };
 

@@ -104,7 +104,7 @@ std::vector<std::vector<int>> LocalRelaxation::find_patches(const Eigen::VectorX
     return patches;
 }
 
-bool LocalRelaxation::relax(Points& positions, const Eigen::VectorXd& gradient)
+bool LocalRelaxation::relax(Points& positions, const Eigen::VectorXd& gradient, const StepFilter& filter)
 {
     NewtonOptions options;
     options.relative_tolerance = 1e-9;
@@ -119,7 +119,7 @@ bool LocalRelaxation::relax(Points& positions, const Eigen::VectorXd& gradient)
         for (std::vector<int> patch : patches) {
             for (int& v : patch) v = objective_.vertices()[index(v)];
             const Objective part(objective_.body(), std::move(patch));
-            iterations += NewtonSolver(part).minimise(positions, options).iterations;
+            iterations += NewtonSolver(part).minimise(positions, options, {}, filter).iterations;
         }
         if (iterations == 0) break;
         moved = true;

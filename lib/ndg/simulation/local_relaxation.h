@@ -16,8 +16,8 @@ public:
     explicit LocalRelaxation(const Objective& objective);
 
     /// Moves the vertices of patches around those with most of the force and lowers the energy of each; false, and
-    /// nothing has moved, where the forces are spread widely. `gradient`: at `positions`.
-    bool relax(Points& positions, const Eigen::VectorXd& gradient);
+    /// nothing has moved, where the forces are spread widely. `gradient`: at `positions`; `filter`: of every step.
+    bool relax(Points& positions, const Eigen::VectorXd& gradient, const StepFilter& filter = {});
 
 private:
     /// Connected patches of unknown vertices, each `rings` rings of cells about vertices that hold most of the force;

@@ -53,6 +53,8 @@ std::string describe(NewtonStop stop)
             return "found no step that lowers the energy";
         case NewtonStop::not_finite:
             return "started from a non-finite energy";
+        case NewtonStop::held:
+            return "was held by contact";
     }
     return "unknown";
 }
@@ -66,13 +68,36 @@ void NewtonSolver::place(Points& positions, double step) const
     }
 }
 
-double NewtonSolver::search(Points& positions, double energy)
+bool NewtonSolver::restrict_move(Points& positions, const StepFilter& filter)
+{
+    const Points from = positions;
+    const Eigen::VectorXd wanted = move_;
+    const std::vector<int>& vertices = objective_.vertices();
+    bool descends = false;
+    for (const bool by_vertex : {true, false}) {
+        move_ = wanted;
+        place(positions, 1);
+        if (!filter(from, positions, by_vertex)) break;
+        for (std::size_t i = 0; i < vertices.size(); ++i) {
+            const auto row = static_cast<Eigen::Index>(i);
+            move_.segment<3>(3 * row) = (positions.row(vertices[i]) - start_.row(row)).transpose();
+        }
+        descends = gradient_.dot(move_) < 0;
+        if (descends) break;
+    }
+    positions = from;
+    return descends;
+}
+
+double NewtonSolver::search(Points& positions, double energy, const StepFilter& filter)
 {
     const std::vector<int>& vertices = objective_.vertices();
     start_.resize(static_cast<Eigen::Index>(vertices.size()), 3);
     for (std::size_t i = 0; i < vertices.size(); ++i) {
         start_.row(static_cast<Eigen::Index>(i)) = positions.row(vertices[i]);
     }
+    held_ = filter && !restrict_move(positions, filter);
+    if (held_) return 0;
     const double slope = gradient_.dot(move_);
     const auto try_step = [&](double step, double bound) {
         place(positions, step);
@@ -98,7 +123,7 @@ double NewtonSolver::search(Points& positions, double energy)
         return 0;
     }
     // A stiffened matrix gives short steps, and an energy costs a hundredth of a factorisation.
-    if (halving == 0 && direction_.stiffened()) {
+    if (halving == 0 && !filter && direction_.stiffened()) {
         double best = energy_;
         while (step < max_expansion && try_step(2 * step, best)) {
             step *= 2;
@@ -110,7 +135,8 @@ double NewtonSolver::search(Points& positions, double energy)
     return step;
 }
 
-NewtonResult NewtonSolver::minimise(Points& positions, const NewtonOptions& options, const Relaxation& relax)
+NewtonResult NewtonSolver::minimise(Points& positions, const NewtonOptions& options, const Relaxation& relax,
+                                    const StepFilter& filter)
 {
     direction_.start();
     NewtonResult result;
@@ -155,11 +181,11 @@ NewtonResult NewtonSolver::minimise(Points& positions, const NewtonOptions& opti
         double step = 0;
         {
             const Stopwatch stopwatch(evaluation_seconds);
-            step = search(positions, result.energy_joule);
+            step = search(positions, result.energy_joule, filter);
         }
         result.history.push_back({energy_, result.residual_relative, step, direction_.factorizations() - factorizations,
                                   direction_.cg_iterations() - cg_iterations});
-        if (step == 0) return finish(NewtonStop::no_descent);
+        if (step == 0) return finish(held_ ? NewtonStop::held : NewtonStop::no_descent);
         direction_.followed(step);
         result.energy_joule = energy_;
     }

@@ -21,7 +21,7 @@ struct NewtonOptions {
 };
 void describe(OptionList& list, NewtonOptions& options);
 
-enum class NewtonStop { converged, iteration_limit, no_descent, not_finite };
+enum class NewtonStop { converged, iteration_limit, no_descent, not_finite, held };
 /// The reason in words.
 std::string describe(NewtonStop stop);
 
@@ -51,6 +51,10 @@ struct NewtonResult {
 /// vertices, and then returns true.
 using Relaxation = std::function<bool(Points& positions, const Eigen::VectorXd& gradient)>;
 
+/// Draws `to` back towards `from`, as far as straight ways may be gone: vertex by vertex, or all by the same share;
+/// false where none may.
+using StepFilter = std::function<bool(const Points& from, Points& to, bool by_vertex)>;
+
 /// Matrix, factor and vectors for one objective, reused from one body and pose to the next. One object per thread.
 class NewtonSolver {
 public:
@@ -59,13 +63,18 @@ public:
 
     /// Moves the unknown vertices of `positions` (N_v x 3) to equilibrium; the others stay. The energy falls with every
     /// iteration: no step is taken that does not lower it enough (Armijo) or that leads to a non-finite energy. Steps
-    /// too small for the energy's rounding to tell must lower the slope and the gradient.
-    NewtonResult minimise(Points& positions, const NewtonOptions& options, const Relaxation& relax = {});
+    /// too small for the energy's rounding to tell must lower the slope and the gradient. With a `filter` no vertex
+    /// goes farther than it allows; where it allows nothing that lowers the energy the solve stops, held.
+    NewtonResult minimise(Points& positions, const NewtonOptions& options, const Relaxation& relax = {},
+                          const StepFilter& filter = {});
 
 private:
     /// Moves `positions`, of the given energy, along move_ and fills energy_; returns the length of the step that was
     /// accepted (0: none, and nothing has moved).
-    double search(Points& positions, double energy);
+    double search(Points& positions, double energy, const StepFilter& filter);
+    /// Shortens move_ to what the filter allows from start_, vertex by vertex if that leads downwards; false for
+    /// nothing.
+    bool restrict_move(Points& positions, const StepFilter& filter);
     /// start_ + step * move_ in the rows of the unknown vertices.
     void place(Points& positions, double step) const;
 
@@ -74,6 +83,7 @@ private:
     Eigen::VectorXd gradient_, absolute_, move_, trial_gradient_;
     Points start_;  ///< of the unknown vertices
     double energy_ = 0;
+    bool held_ = false;  ///< whether the filter allowed the last search no step
 };
 
 }  // namespace ndg

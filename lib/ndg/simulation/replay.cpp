@@ -60,9 +60,11 @@ std::string replay_report(const Replay& replay)
     }
     text += fmt::format(
         "Newton's method {}: residual {:.4e} N, relative {:.4e}; {} iterations, {} factorisations, {} inverted prisms, "
-        "{:.2f} s\n",
+        "{} at a "
+        "corner, {} intersecting skin triangles, {:.2f} s\n",
         describe(newton.stop), newton.residual_newton, newton.residual_relative, newton.iterations,
-        newton.factorizations, replay.result.inverted_prisms, replay.seconds);
+        newton.factorizations, replay.result.inverted_prisms.by_volume, replay.result.inverted_prisms.at_corners,
+        replay.result.intersecting_triangles, replay.seconds);
     return text;
 }
 

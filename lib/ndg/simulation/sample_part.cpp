@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ndg/simulation/sample_part.h"
 
+#include "ndg/body/joint_flesh.h"
 #include "ndg/core/error.h"
 
 namespace ndg {
@@ -13,9 +14,19 @@ const std::string vertices_name = "/sample/vertices";
 
 const std::vector<std::string>& simulation_statistics()
 {
-    static const std::vector<std::string> names = {"energy_joule", "residual_newton", "residual_relative", "iterations",
-                                                   "converged",    "load_steps",      "inverted_prisms",   "seconds"};
+    static const std::vector<std::string> names = [] {
+        std::vector<std::string> result = {
+            "energy_joule", "residual_newton", "residual_relative",      "iterations", "converged",
+            "load_steps",   "inverted_prisms", "corner_inverted_prisms", "seconds",    intersecting_triangles_name};
+        for (const std::string& joint : flesh_joint_names()) result.push_back(volume_change_name(joint));
+        return result;
+    }();
     return names;
+}
+
+std::string volume_change_name(const std::string& joint)
+{
+    return joint + "_volume_change";
 }
 
 void write_sample(H5Writer& file, const SamplePart& part)

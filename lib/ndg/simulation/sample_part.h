@@ -19,8 +19,11 @@ struct SamplePart {
     std::string stop_reason;                   ///< describe(NewtonStop)
 };
 
+inline const std::string intersecting_triangles_name = "intersecting_skin_triangles";
+/// `joint`: one of flesh_joint_names().
+std::string volume_change_name(const std::string& joint);
 /// Names of a sample's figures: energy_joule, residual_newton, residual_relative, iterations, converged, load_steps,
-/// inverted_prisms, seconds.
+/// inverted_prisms, corner_inverted_prisms, seconds, those above.
 const std::vector<std::string>& simulation_statistics();
 
 void write_sample(H5Writer& file, const SamplePart& part);

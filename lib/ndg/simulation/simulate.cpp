@@ -30,8 +30,13 @@ SamplePart make_part(const SimulationResult& result, double seconds)
                        {"iterations", result.newton.iterations},
                        {"converged", result.newton.converged()},
                        {"load_steps", result.load_steps},
-                       {"inverted_prisms", result.inverted_prisms},
+                       {"inverted_prisms", result.inverted_prisms.by_volume},
+                       {"corner_inverted_prisms", result.inverted_prisms.at_corners},
+                       {intersecting_triangles_name, result.intersecting_triangles},
                        {"seconds", seconds}};
+    for (std::size_t j = 0; j < result.volume_changes.size(); ++j) {
+        part.statistics[volume_change_name(flesh_joint_names()[j])] = result.volume_changes[j];
+    }
     bool finite = result.vertices.allFinite();
     for (const auto& [name, value] : part.statistics) finite = finite && std::isfinite(value);
     require(finite, "the result is not finite: Newton's method {} after {} iterations", part.stop_reason,
@@ -77,8 +82,11 @@ BatchItem batch_item(const SampleTask& task)
     return {fmt::format("{:06d}", task.sample_idx), describe(task.pair), label(task)};
 }
 
-void report_trouble(const SampleTask& task, const SamplePart& part)
+void report_trouble(const SampleTask& task, const SamplePart& part, bool contact)
 {
+    if (const double left = part.statistics.at(intersecting_triangles_name); contact && left > 0) {
+        log_warning("{}: {:.0f} skin triangles intersect in spite of contact", label(task), left);
+    }
     if (part.statistics.at("converged") != 0) return;
     log_warning("{} did not converge: Newton's method {} at a relative residual of {:.1e} after {} iterations",
                 label(task), part.stop_reason, part.statistics.at("residual_relative"),
@@ -150,9 +158,9 @@ DeformationSet simulate_samples(const Template& body_template, const BodySet& bo
     batch.read = [&](const H5Reader& file) { read_sample(file, num_vertices); };
     batch.make_worker = [&] {
         const auto worker = std::make_shared<Worker>(body_template, bodies, poses, options);
-        return [worker, &ordered](int item_idx) -> PartWriter {
+        return [worker, &ordered, &options](int item_idx) -> PartWriter {
             const SamplePart part = worker->simulate(ordered[item_idx].pair);
-            report_trouble(ordered[item_idx], part);
+            report_trouble(ordered[item_idx], part, options.contact.contact);
             return [part](H5Writer& file) { write_sample(file, part); };
         };
     };
@@ -185,10 +193,25 @@ SimulationSummary summarize_simulation(const DeformationSet& set)
     std::nth_element(iterations.begin(), iterations.begin() + set.size() / 2, iterations.end());
     summary.iterations_median = iterations[set.size() / 2];
     summary.seconds_mean = mean(statistic("seconds"));
-    const std::vector<double>& inverted = statistic("inverted_prisms");
-    summary.inverted_prisms_mean = mean(inverted);
-    summary.without_inverted_share =
-        static_cast<double>(std::count(inverted.begin(), inverted.end(), 0.0)) / set.size();
+    const auto count = [&](const std::string& name) {
+        const std::vector<double>& values = statistic(name);
+        return CountSummary{mean(values),
+                            static_cast<double>(std::count(values.begin(), values.end(), 0.0)) / set.size(),
+                            *std::max_element(values.begin(), values.end())};
+    };
+    summary.inverted_prisms = count("inverted_prisms");
+    summary.corner_inverted_prisms = count("corner_inverted_prisms");
+    summary.intersecting_triangles = count(intersecting_triangles_name);
+    // Left and right together.
+    for (const std::string joint : {"knee", "hip", "shoulder"}) {
+        std::vector<double> changes;
+        for (const std::string side : {"left_", "right_"}) {
+            const std::vector<double>& of_side = statistic(volume_change_name(side + joint));
+            changes.insert(changes.end(), of_side.begin(), of_side.end());
+        }
+        summary.volume_changes.push_back({joint, mean(changes), *std::min_element(changes.begin(), changes.end()),
+                                          *std::max_element(changes.begin(), changes.end())});
+    }
     const std::vector<double>& residuals = statistic("residual_relative");
     summary.residual_relative_max = *std::max_element(residuals.begin(), residuals.end());
     for (const double steps : statistic("load_steps")) summary.load_stepped += steps > 0;
@@ -198,13 +221,24 @@ SimulationSummary summarize_simulation(const DeformationSet& set)
 std::string simulation_report(const SimulationSummary& summary, const DeformationSet& set)
 {
     const std::string criterion = set.attribute("convergence_criterion");
-    return fmt::format(
+    const auto counted = [](const char* what, const CountSummary& count) {
+        return fmt::format("{:.2f} {} a sample, none in {:.2f} %, {:.0f} at most\n", count.mean, what,
+                           100 * count.without_share, count.max);
+    };
+    std::string text = fmt::format(
         "{} samples, {} failed, {:.2f} % converged{}\n"
-        "iterations: mean {:.1f}, median {:.0f}; {} in load steps; {:.2f} core-seconds a sample; "
-        "{:.2f} inverted prisms a sample, none in {:.2f} %\n",
+        "iterations: mean {:.1f}, median {:.0f}; {} in load steps; {:.2f} core-seconds a sample\n",
         summary.samples, summary.failed, 100 * summary.converged_share, criterion.empty() ? "" : " (" + criterion + ")",
-        summary.iterations_mean, summary.iterations_median, summary.load_stepped, summary.seconds_mean,
-        summary.inverted_prisms_mean, 100 * summary.without_inverted_share);
+        summary.iterations_mean, summary.iterations_median, summary.load_stepped, summary.seconds_mean);
+    text += counted("inverted prisms", summary.inverted_prisms);
+    text += counted("prisms inverted at a corner", summary.corner_inverted_prisms);
+    text += counted("intersecting skin triangles", summary.intersecting_triangles);
+    std::vector<std::string> changes;
+    for (const VolumeChangeSummary& change : summary.volume_changes) {
+        changes.push_back(fmt::format("{} {:+.1f} % ({:+.1f} to {:+.1f})", change.joint, 100 * change.mean,
+                                      100 * change.min, 100 * change.max));
+    }
+    return text + fmt::format("volume of the flesh at the joints: {}\n", fmt::join(changes, ", "));
 }
 
 void require_converged(const SimulationSummary& summary, double min_converged)

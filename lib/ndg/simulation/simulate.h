@@ -30,18 +30,29 @@ DeformationSet simulate_samples(const Template& body_template, const BodySet& bo
                                 const std::string& output, const Provenance& provenance,
                                 const std::function<bool()>& stop, bool force = false);
 
+/// Of a count: mean over the samples, share of them that have none, largest.
+struct CountSummary {
+    double mean = 0, without_share = 0, max = 0;
+};
+/// Of the flesh at one kind of joint, over samples and sides: its volume over that at rest, less one.
+struct VolumeChangeSummary {
+    std::string joint;
+    double mean = 0, min = 0, max = 0;
+};
+
 /// Figures over all samples, for the tools' reports.
 struct SimulationSummary {
     int samples = 0, failed = 0;
     double converged_share = 0;  ///< of all, the failed among them
-    double iterations_mean = 0, iterations_median = 0, seconds_mean = 0, inverted_prisms_mean = 0;
-    double without_inverted_share = 0;  ///< samples that have no inverted prism
+    double iterations_mean = 0, iterations_median = 0, seconds_mean = 0;
+    CountSummary inverted_prisms, corner_inverted_prisms, intersecting_triangles;
+    std::vector<VolumeChangeSummary> volume_changes;
     double residual_relative_max = 0;
     int load_stepped = 0;
 };
 /// Throws InputError when the set lacks the statistics of simulated samples.
 SimulationSummary summarize_simulation(const DeformationSet& set);
-/// Two lines for stdout.
+/// Lines for stdout.
 std::string simulation_report(const SimulationSummary& summary, const DeformationSet& set);
 /// Throws QualityError where a smaller share of the samples converged.
 void require_converged(const SimulationSummary& summary, double min_converged);

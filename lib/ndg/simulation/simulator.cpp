@@ -3,7 +3,7 @@
 
 #include "ndg/core/error.h"
 #include "ndg/deform/gradient_skinning.h"
-#include "ndg/geometry/prism.h"
+#include "ndg/geometry/triangle_crossings.h"
 
 namespace ndg {
 
@@ -17,6 +17,7 @@ constexpr double step_relative_tolerance = 1e-3;
 void describe(OptionList& list, SimulationOptions& options)
 {
     describe(list, options.material);
+    describe(list, options.contact);
     describe(list, options.newton);
     list.add("load-steps", options.load_steps, "steps from rest where the direct solve fails; 0: none", 0, 1000);
 }
@@ -36,6 +37,7 @@ Simulator::Simulator(const Template& body_template, const SimulationOptions& opt
     : poser_(body_template),
       options_((check_options(options), options)),
       prisms_(body_template.prisms),
+      joint_flesh_(body_template),
       elastic_(layered_body(body_template, options.material)),
       objective_(elastic_),
       poisson_(RestOperators(body_template.prisms, body_template.rest.volume_vertices),
@@ -43,6 +45,10 @@ Simulator::Simulator(const Template& body_template, const SimulationOptions& opt
       newton_(objective_),
       relaxation_(objective_)
 {
+    // The objective above is that without contact.
+    if (options_.contact.contact) {
+        contact_ = std::make_unique<ContactSolver>(body_template, elastic_, options_.contact);
+    }
 }
 
 void Simulator::set_body(const Body& body)
@@ -93,6 +99,16 @@ Points Simulator::start(const Pose& pose) const
     return gradient_skinning(poser_.pose(*body_, pose), poisson_);
 }
 
+void Simulator::measure(SimulationResult& result) const
+{
+    const Template& shared = poser_.body_template();
+    result.inverted_prisms = count_inverted_prisms(result.vertices, prisms_);
+    const auto skin = result.vertices.bottomRows(shared.num_wrap_vertices());
+    const auto pairs = crossing_triangles(skin, shared.wrap_triangles);
+    result.intersecting_triangles = static_cast<int>(triangles_of_pairs(pairs).size());
+    result.volume_changes = joint_flesh_.volume_changes(body_->volume_vertices, result.vertices);
+}
+
 SimulationResult Simulator::simulate(const Pose& pose)
 {
     SimulationResult result;
@@ -112,7 +128,10 @@ SimulationResult Simulator::simulate(const Pose& pose)
             result.newton.factorizations = second.factorizations;
         }
     }
-    result.inverted_prisms = static_cast<int>((prism_volumes(result.vertices, prisms_).array() < 0).count());
+    if (contact_ && result.newton.stop != NewtonStop::not_finite) {
+        contact_->solve(result.vertices, options_.newton, result.newton);
+    }
+    measure(result);
     return result;
 }
 
