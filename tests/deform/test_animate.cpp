@@ -110,7 +110,7 @@ TEST_CASE_METHOD(Scene, "Stored gradients give the vertices of Gradient Skinning
     for (int i = 0; i < set.size(); ++i) {
         const PosedBody body = posed(poser, samples.pairs[i]);
         CHECK((set.points(i) - skinning->deform(body)).cwiseAbs().maxCoeff() < 1e-5);
-        const Points carried = apply_embedding(body_template.embedding, set.points(i), body.skinned_interior());
+        const Points carried = apply_embedding(body_template.embedding, set.points(i), body.bone_interior());
         const std::vector<float> stored = anatomy.read(i);
         const Eigen::Map<const PointsF> vertices(stored.data(), carried.rows(), 3);
         CHECK((vertices.cast<double>() - carried).cwiseAbs().maxCoeff() < 1e-5);

@@ -33,7 +33,7 @@ TEST_CASE("Gradient skinning and skinning at rest give the rest shape; under a r
     REQUIRE(largest_distance(gradient_skinning(at_rest, poisson), tube.rest.volume_vertices) < 1e-10);
     REQUIRE(largest_distance(at_rest.skinned_volume(), tube.rest.volume_vertices) < 1e-12);
     REQUIRE(largest_distance(at_rest.skinned_skin(), tube.rest.skin_vertices) < 1e-12);
-    REQUIRE(largest_distance(at_rest.skinned_interior(), tube.rest.interior_vertices) < 1e-12);
+    REQUIRE(largest_distance(at_rest.bone_interior(), tube.rest.interior_vertices) < 1e-12);
 
     pose.parent_from_joint[0] = Eigen::AngleAxisd(2, Eigen::Vector3d(1, 1, 3).normalized()).toRotationMatrix();
     pose.root_translation = Eigen::Vector3d(0.1, 0.2, 0.3);

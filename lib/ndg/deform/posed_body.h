@@ -2,20 +2,24 @@
 // A body in a pose: what the pose gives it directly, without any solve.
 #pragma once
 
+#include "ndg/body/posing.h"
 #include "ndg/body/template.h"
 #include "ndg/dataset/sample_index.h"
 
+#include <memory>
 #include <vector>
 
 namespace ndg {
 
 class PosedBody;
+class RiggedBodies;
 
 /// Poses bodies of one template, whose skinning weights it holds.
 class BodyPoser {
 public:
-    /// Keeps a reference to `body_template`, which must outlive it.
-    explicit BodyPoser(const Template& body_template);
+    /// Keeps a reference to `body_template`, which must outlive it. Throws InputError for rigid bones of a template that
+    /// has none.
+    explicit BodyPoser(const Template& body_template, const PosingOptions& options = {});
 
     const Template& body_template() const { return *template_; }
 
@@ -27,6 +31,7 @@ private:
     friend class PosedBody;
 
     const Template* template_;
+    std::shared_ptr<const RiggedBodies> rigged_;  ///< of rigid bones; copies of a poser share it
     SkinningWeights bone_wrap_weights_;
     SkinningWeights volume_weights_;
     SkinningWeights prism_weights_;
@@ -45,22 +50,23 @@ public:
 
     /// Rigid motion of each joint's surroundings, J.
     const std::vector<Eigen::Isometry3d>& world_from_rest() const { return world_from_rest_; }
-    /// The bone wrap by linear blend skinning, N_w x 3: the Dirichlet values of every solve (NDG 3.2, 4.2).
+    /// The bone wrap, N_w x 3: the Dirichlet values of every solve (NDG 3.2, 4.2). By linear blend skinning or following
+    /// rigid bones, as PosingOptions say.
     const Points& bone_wrap() const { return bone_wrap_; }
     /// R_p of every prism (NDG equation 11), N_p.
     const std::vector<Eigen::Matrix3d>& prism_rotations() const { return prism_rotations_; }
 
-    /// By linear blend skinning: all volume vertices, N_v x 3; the vertices inside the bone wrap, N_i x 3; the whole
-    /// skin, N_s x 3.
+    /// The vertices inside the bone wrap, N_i x 3, moved like it.
+    Points bone_interior() const;
+    /// By linear blend skinning: all volume vertices but the bone wrap, N_v x 3; the whole skin, N_s x 3.
     Points skinned_volume() const;
-    Points skinned_interior() const;
     Points skinned_skin() const;
 
     /// Whole skin for display, N_s x 3: the volumetric region from the deformed volume vertices (N_v x 3, the last N_w
     /// rows are the skin), head, hands and toes by linear blend skinning.
     Points display_skin(const Eigen::Ref<const Points>& deformed_volume) const;
-    /// Anatomy carried by the deformed volume and the skinned bone interior, N_a x 3. `anatomy_rest`: anatomy_at_rest
-    /// of the body.
+    /// Anatomy carried by the deformed volume and the bone interior, N_a x 3; rigid bones by their motions, with what
+    /// is attached to them. `anatomy_rest`: anatomy_at_rest of the body.
     Points anatomy(const Eigen::Ref<const Points>& anatomy_rest, const Eigen::Ref<const Points>& deformed_volume) const;
 
 private:
@@ -72,6 +78,7 @@ private:
     Pose pose_;
     SamplePair pair_;
     std::vector<Eigen::Isometry3d> world_from_rest_;
+    std::vector<Eigen::Isometry3d> bone_segments_;  ///< motions of rigid bones; none otherwise
     Points bone_wrap_;
     std::vector<Eigen::Matrix3d> prism_rotations_;
 };
