@@ -106,6 +106,12 @@ public:
     }
 
 private:
+    struct Attachment {
+        int vertex;
+        Eigen::RowVector3i triangle;
+        ClosestPoint on_bone;
+    };
+
     static void stack_interior(const Points& volume, const Points& interior, Points& inside)
     {
         const Eigen::Index wrap = inside.rows() - interior.rows();
@@ -142,10 +148,11 @@ private:
         regions_.push_back(region);
     }
 
-    /// Muscle vertices within 3 mm of a bone at rest, and where on it.
+    /// Muscle vertices within 3 mm of a bone at rest, and where on the nearest.
     void find_attachments()
     {
         constexpr double reach = 0.003;
+        std::map<int, Attachment> nearest;
         for (const BoneList::Bone& bone : list_.bones) {
             const TriangleTree tree(anatomy_rest_, template_.anatomy_triangles.middleRows(
                                                        bone.triangle_begin, bone.triangle_end - bone.triangle_begin));
@@ -158,18 +165,15 @@ private:
                     if (template_.embedding.elements[v] < 0 || box.exteriorDistance(x) > reach) continue;
                     const ClosestPoint closest = tree.closest(x);
                     if (closest.distance > reach) continue;
-                    attachments_.push_back(
-                        {v, template_.anatomy_triangles.row(bone.triangle_begin + closest.triangle_idx), closest});
+                    const auto [known, is_new] = nearest.try_emplace(v);
+                    if (!is_new && known->second.on_bone.distance <= closest.distance) continue;
+                    known->second = {v, template_.anatomy_triangles.row(bone.triangle_begin + closest.triangle_idx),
+                                     closest};
                 }
             }
         }
+        for (const auto& [v, attachment] : nearest) attachments_.push_back(attachment);
     }
-
-    struct Attachment {
-        int vertex;
-        Eigen::RowVector3i triangle;
-        ClosestPoint on_bone;
-    };
 
     const Template& template_;
     const Body& body_;
@@ -350,7 +354,9 @@ void write_picture(const std::string& path, const PosedBody& posed, const std::s
     }
     std::vector<Image> images;
     RenderSettings settings;
-    settings.width = settings.height = 700;
+    settings.width = settings.height = 600;
+    settings.samples_per_axis = 1;
+    settings.occlusion_rays = 12;
     for (const View view : {View::left, View::three_quarter})
         for (const auto& surfaces : columns)
             images.push_back(render(surfaces, frame_points(framed, view_direction(view, geometry.heading), 1.0), settings));

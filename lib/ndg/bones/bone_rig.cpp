@@ -5,20 +5,45 @@
 #include "ndg/core/error.h"
 
 #include <algorithm>
+#include <cstdlib>
 
 namespace ndg {
 
-BoneRig::BoneRig(const Template& body_template) : list(body_template)
+namespace {
+
+BoneWeights wrap_weights_of(const BoneList& list, const Template& body_template)
 {
     require_input(list.num_segments > 0, "rigid bones need a template that has bones");
-    const Points& anatomy = body_template.anatomy_vertices;
-    const Body& rest = body_template.rest;
-    wrap_weights =
-        bone_weights(list, body_template, anatomy, rest.volume_vertices.topRows(body_template.num_wrap_vertices()));
-    interior_weights = bone_weights(list, body_template, anatomy, rest.interior_vertices);
+    const int num_wrap = body_template.num_wrap_vertices();
+    const auto wrap = body_template.rest.volume_vertices.topRows(num_wrap);
+    return smoothed_weights(bone_weights(list, body_template, body_template.anatomy_vertices, wrap), wrap,
+                            body_template.wrap_triangles, std::getenv("S") ? atof(std::getenv("S")) : 0.02);
 }
 
-std::shared_ptr<const BoneMotion> RiggedBodies::motion(const Body& body) const
+}  // namespace
+
+BoneRig::BoneRig(const Template& body_template)
+    : list(body_template),
+      wrap_weights(wrap_weights_of(list, body_template)),
+      interior_weights(bone_weights(list, body_template, body_template.anatomy_vertices,
+                                    body_template.rest.interior_vertices)),
+      probes(list, body_template, wrap_weights)
+{
+}
+
+BodyRig::BodyRig(const BoneRig& rig, const Template& body_template, const Body& body)
+    : BodyRig(rig, body_template, body, anatomy_at_rest(body_template, body))
+{
+}
+
+BodyRig::BodyRig(const BoneRig& rig, const Template& body_template, const Body& body, const Points& anatomy_rest)
+    : motion(rig.list, body_template, body, anatomy_rest),
+      clearance(rig.probes, rig.list, body_template, anatomy_rest,
+                body.volume_vertices.topRows(body_template.num_wrap_vertices()))
+{
+}
+
+std::shared_ptr<const BodyRig> RiggedBodies::of(const Body& body) const
 {
     constexpr std::size_t most = 32;
     const auto is_kept = [&](const Kept& kept) {
@@ -26,7 +51,7 @@ std::shared_ptr<const BoneMotion> RiggedBodies::motion(const Body& body) const
     };
     const auto use = [&](std::vector<Kept>::iterator found) {
         std::rotate(kept_.begin(), found, found + 1);
-        return kept_.front().motion;
+        return kept_.front().rig;
     };
     {
         const std::lock_guard<std::mutex> lock(mutex_);
@@ -34,8 +59,7 @@ std::shared_ptr<const BoneMotion> RiggedBodies::motion(const Body& body) const
         if (found != kept_.end()) return use(found);
     }
     // Made outside the lock: other threads have other bodies.
-    auto made =
-        std::make_shared<const BoneMotion>(rig_.list, *template_, body, anatomy_at_rest(*template_, body));
+    auto made = std::make_shared<const BodyRig>(rig_, *template_, body);
     const std::lock_guard<std::mutex> lock(mutex_);
     const auto found = std::find_if(kept_.begin(), kept_.end(), is_kept);
     if (found != kept_.end()) return use(found);

@@ -2,7 +2,7 @@
 // Rigid bones and what follows them: for a template, and for each of its bodies.
 #pragma once
 
-#include "ndg/bones/bone_wrap.h"
+#include "ndg/bones/clearance.h"
 
 #include <memory>
 #include <mutex>
@@ -15,13 +15,27 @@ namespace ndg {
 struct BoneRig {
     /// Throws InputError where the template has no bones.
     explicit BoneRig(const Template& body_template);
+    BoneRig(const BoneRig&) = delete;
+    BoneRig& operator=(const BoneRig&) = delete;
 
     BoneList list;
     BoneWeights wrap_weights;      ///< N_w
     BoneWeights interior_weights;  ///< N_i
+    WrapProbes probes;
 };
 
-/// Motions of one body's bones; kept per body because the paths of its knees are measured on it.
+/// What depends on a body's own bones.
+struct BodyRig {
+    BodyRig(const BoneRig& rig, const Template& body_template, const Body& body);
+
+    BoneMotion motion;
+    BoneClearance clearance;
+
+private:
+    BodyRig(const BoneRig& rig, const Template& body_template, const Body& body, const Points& anatomy_rest);
+};
+
+/// The rigs of bodies of one template.
 class RiggedBodies {
 public:
     /// Keeps a reference to `body_template`.
@@ -29,13 +43,13 @@ public:
 
     const BoneRig& rig() const { return rig_; }
     /// Made when first asked for; a few bodies are kept, told apart by address and joints. Any thread.
-    std::shared_ptr<const BoneMotion> motion(const Body& body) const;
+    std::shared_ptr<const BodyRig> of(const Body& body) const;
 
 private:
     struct Kept {
         const Body* body;
         Points joint_positions;
-        std::shared_ptr<const BoneMotion> motion;
+        std::shared_ptr<const BodyRig> rig;
     };
     const Template* template_;
     BoneRig rig_;

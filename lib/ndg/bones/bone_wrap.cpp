@@ -3,10 +3,13 @@
 
 #include "ndg/core/error.h"
 #include "ndg/geometry/closest_point.h"
+#include "ndg/geometry/triangle_mesh.h"
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <limits>
+#include <map>
 
 namespace ndg {
 
@@ -40,7 +43,7 @@ std::vector<SegmentSurface> segment_surfaces(const BoneList& list, const Templat
 /// How much farther than the nearest bone a bone may be to have a part: more the farther that one is.
 double blend_width(double nearest)
 {
-    constexpr double least = 0.012, growth = 1.0;
+    static const double least = std::getenv("W") ? atof(std::getenv("W")) : 0.012, growth = std::getenv("G") ? atof(std::getenv("G")) : 1.0;
     return least + growth * nearest;
 }
 
@@ -82,6 +85,46 @@ BoneWeights bone_weights(const BoneList& list, const Template& body_template, co
             if (value <= 0.0) continue;
             result.segments.push_back(s);
             result.weights.push_back(value);
+        }
+        result.begins.push_back(int(result.segments.size()));
+    }
+    return result;
+}
+
+BoneWeights smoothed_weights(const BoneWeights& weights, const Eigen::Ref<const Points>& vertices,
+                             const Eigen::Ref<const Triangles>& triangles, double spread)
+{
+    const auto neighbours = vertex_neighbours(triangles, int(vertices.rows()));
+    double edge = 0.0;
+    for (Eigen::Index t = 0; t < triangles.rows(); ++t)
+        edge += (vertices.row(triangles(t, 0)) - vertices.row(triangles(t, 1))).norm() / double(triangles.rows());
+    // A step takes half of a vertex's weights to its neighbours: a variance of a quarter of an edge squared along each
+    // direction of the surface.
+    const int steps = int(std::lround(4.0 * spread * spread / (edge * edge)));
+    std::vector<std::map<int, double>> current(weights.size());
+    for (Eigen::Index i = 0; i < weights.size(); ++i)
+        for (int k = weights.begins[i]; k < weights.begins[i + 1]; ++k)
+            current[i][weights.segments[k]] = weights.weights[k];
+    for (int step = 0; step < steps; ++step) {
+        std::vector<std::map<int, double>> next(current.size());
+        for (std::size_t i = 0; i < current.size(); ++i) {
+            const double kept = neighbours[i].empty() ? 1.0 : 0.5;
+            for (const auto& [s, w] : current[i]) next[i][s] += kept * w;
+            for (const int j : neighbours[i])
+                for (const auto& [s, w] : current[j]) next[i][s] += 0.5 * w / double(neighbours[i].size());
+        }
+        current = std::move(next);
+    }
+    constexpr double least = 0.005;
+    BoneWeights result;
+    result.begins.push_back(0);
+    for (const auto& row : current) {
+        double sum = 0.0;
+        for (const auto& [s, w] : row) sum += w >= least ? w : 0.0;
+        for (const auto& [s, w] : row) {
+            if (w < least) continue;
+            result.segments.push_back(s);
+            result.weights.push_back(w / sum);
         }
         result.begins.push_back(int(result.segments.size()));
     }

@@ -22,6 +22,11 @@ struct BoneWeights {
 BoneWeights bone_weights(const BoneList& list, const Template& body_template, const Eigen::Ref<const Points>& anatomy_rest,
                          const Eigen::Ref<const Points>& points);
 
+/// Weights of the vertices of a surface spread over it by about `spread` (m, standard deviation), so that the surface
+/// between bones bends over a length and not at an edge. `vertices` N x 3 at rest.
+BoneWeights smoothed_weights(const BoneWeights& weights, const Eigen::Ref<const Points>& vertices,
+                             const Eigen::Ref<const Triangles>& triangles, double spread = 0.020);
+
 /// Dual quaternion blending of rigid motions (Kavan et al. 2007), N x 3: no collapse where bones turn against each other.
 Points dual_quaternion_blending(const Eigen::Ref<const Points>& rest, const BoneWeights& weights,
                                 const std::vector<Eigen::Isometry3d>& motions);

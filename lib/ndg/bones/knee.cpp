@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ndg/bones/knee.h"
 
-#include "ndg/geometry/closest_point.h"
 #include "ndg/geometry/rotation.h"
 
 #include <algorithm>
@@ -14,10 +13,6 @@ namespace ndg {
 namespace {
 
 constexpr double degree = M_PI / 180.0;
-/// Flexions at which shifts are measured.
-constexpr int first_step = -1, num_steps = 17;
-constexpr double step_angle = 10.0 * degree;
-
 /// Kneecap in the femur every 10 degrees of flexion from 0: forward and up (mm), and its turn (degrees). Walker et al.
 /// 1988 as in the model of Rajagopal et al. 2016 (Rajagopal2016.osim, patellofemoral joint), whose knee has its centre
 /// 48 mm behind and 23 mm above the kneecap's at 0 degrees.
@@ -51,13 +46,6 @@ PatellaPlace patella_place(double flexion)
             degree * at(a.turn, b.turn, rest.turn)};
 }
 
-double interpolated(const std::vector<double>& values, double flexion)
-{
-    const double s = std::clamp(flexion / step_angle - first_step, 0.0, num_steps - 1.0);
-    const int i = std::min(int(s), num_steps - 2);
-    return values[i] + (s - i) * (values[i + 1] - values[i]);
-}
-
 /// Rows of the vertices that lie within `reach` of a point.
 Points near_points(const Eigen::Ref<const Points>& points, const Eigen::Vector3d& centre, double reach)
 {
@@ -69,20 +57,7 @@ Points near_points(const Eigen::Ref<const Points>& points, const Eigen::Vector3d
     return near;
 }
 
-Eigen::Isometry3d translated(const Eigen::Vector3d& by)
-{
-    return Eigen::Isometry3d(Eigen::Translation3d(by));
-}
-
 }  // namespace
-
-double surface_gap(const TriangleTree& fixed, const Eigen::Ref<const Points>& moving, const Eigen::Isometry3d& motion)
-{
-    double gap = std::numeric_limits<double>::infinity();
-    for (Eigen::Index i = 0; i < moving.rows(); ++i)
-        gap = std::min(gap, fixed.signed_distance(motion * moving.row(i).transpose()));
-    return gap;
-}
 
 KneeMotion::KneeMotion(const Eigen::Vector3d& hip, const Eigen::Vector3d& knee,
                        const Eigen::Ref<const Points>& femur_vertices,
@@ -90,39 +65,41 @@ KneeMotion::KneeMotion(const Eigen::Vector3d& hip, const Eigen::Vector3d& knee,
                        const Eigen::Ref<const Points>& patella)
     : knee_(knee), up_((hip - knee).normalized()), patella_centre_(patella.colwise().mean().transpose())
 {
+    constexpr double femur_reach = 0.07, tibia_reach = 0.06, margin = 0.02, spacing = 0.0025;
     lateral_ = (Eigen::Vector3d::UnitX() - up_.x() * up_).normalized();
     forward_ = lateral_.cross(up_);
     scale_ = (patella_centre_ - knee_).norm() / model_distance;
+    femur_distance_ = signed_distance_grid(grid_around(near_points(femur_vertices, knee_, femur_reach), margin, spacing),
+                                           femur_vertices, femur_triangles);
+    tibia_ = facing(near_points(tibia, knee_, tibia_reach));
+    patella_ = facing(patella);
+}
 
-    const TriangleTree femur(femur_vertices, femur_triangles);
-    constexpr double reach = 0.08, most = 0.025;
-    constexpr int iterations = 8;
-    const Points plateau = near_points(tibia, knee_, reach);
-    // Shift along `path` at which the gap is that of rest.
-    const auto keep_gap = [&](const Points& moving, double start, const auto& motion_at) {
-        const double rest_gap = surface_gap(femur, moving, Eigen::Isometry3d::Identity());
-        double shift = start;
-        for (int i = 0; i < iterations; ++i) {
-            const double missing = rest_gap - surface_gap(femur, moving, motion_at(shift));
-            if (std::abs(missing) < 1e-5) break;
-            shift = std::clamp(shift + missing, -most, most);
-        }
-        return shift;
-    };
-    shank_shifts_.assign(num_steps, 0.0);
-    patella_shifts_.assign(num_steps, 0.0);
-    const auto measure = [&](int step, int neighbour) {
-        const double angle = (step + first_step) * step_angle;
-        const Eigen::Isometry3d shin = shin_in_femur(angle);
-        if (plateau.rows() > 0)
-            shank_shifts_[step] = keep_gap(plateau, shank_shifts_[neighbour],
-                                           [&](double shift) { return shin * translated(-shift * up_); });
-        patella_shifts_[step] = keep_gap(patella, patella_shifts_[neighbour],
-                                         [&](double shift) { return patella_in_femur(angle, shift); });
-    };
-    // From the rest pose, which has no shift, outwards.
-    for (int step = -first_step + 1; step < num_steps; ++step) measure(step, step - 1);
-    for (int step = -first_step - 1; step >= 0; --step) measure(step, step + 1);
+KneeMotion::Facing KneeMotion::facing(const Points& vertices) const
+{
+    return {vertices, gap(vertices, Eigen::Isometry3d::Identity())};
+}
+
+double KneeMotion::gap(const Points& vertices, const Eigen::Isometry3d& femur_from_rest) const
+{
+    double least = std::numeric_limits<double>::infinity();
+    for (Eigen::Index i = 0; i < vertices.rows(); ++i)
+        least = std::min(least, femur_distance_.at(femur_from_rest * vertices.row(i).transpose()));
+    return least;
+}
+
+double KneeMotion::shift(const Facing& bone, Eigen::Isometry3d femur_from_rest, const Eigen::Vector3d& away) const
+{
+    if (bone.vertices.rows() == 0) return 0.0;
+    constexpr int iterations = 6;
+    constexpr double most = 0.025;
+    double total = 0.0;
+    for (int i = 0; i < iterations; ++i) {
+        const double missing = std::clamp(total + bone.rest_gap - gap(bone.vertices, femur_from_rest), -most, most) - total;
+        femur_from_rest.pretranslate(missing * away);
+        total += missing;
+    }
+    return total;
 }
 
 double KneeMotion::flexion(const Eigen::Isometry3d& thigh, const Eigen::Isometry3d& shin) const
@@ -130,32 +107,20 @@ double KneeMotion::flexion(const Eigen::Isometry3d& thigh, const Eigen::Isometry
     return twist_angle(thigh.linear().transpose() * shin.linear(), lateral_);
 }
 
-Eigen::Isometry3d KneeMotion::shin_in_femur(double flexion) const
-{
-    Eigen::Isometry3d motion = Eigen::Isometry3d::Identity();
-    motion.linear() = rotation_of(flexion * lateral_);
-    motion.translation() = knee_ - motion.linear() * knee_;
-    return motion;
-}
-
-Eigen::Isometry3d KneeMotion::patella_in_femur(double flexion, double shift) const
-{
-    const PatellaPlace place = patella_place(flexion);
-    const Eigen::Vector3d moved =
-        patella_centre_ + scale_ * (place.forward * forward_ + place.up * up_);
-    Eigen::Isometry3d motion = Eigen::Isometry3d::Identity();
-    motion.linear() = rotation_of(place.turn * lateral_);
-    const Eigen::Vector3d away = motion.linear() * forward_;
-    motion.translation() = moved + shift * away - motion.linear() * patella_centre_;
-    return motion;
-}
-
 KneeMotion::Bones KneeMotion::bones(const Eigen::Isometry3d& thigh, const Eigen::Isometry3d& shin) const
 {
-    const double angle = flexion(thigh, shin);
     Bones bones;
-    bones.shank = shin * translated(-interpolated(shank_shifts_, angle) * up_);
-    bones.patella = thigh * patella_in_femur(angle, interpolated(patella_shifts_, angle));
+    const Eigen::Isometry3d shin_in_femur = thigh.inverse() * shin;
+    const Eigen::Vector3d down = -(shin_in_femur.linear() * up_);
+    bones.shank = thigh * Eigen::Translation3d(shift(tibia_, shin_in_femur, down) * down) * shin_in_femur;
+
+    const PatellaPlace place = patella_place(flexion(thigh, shin));
+    Eigen::Isometry3d patella = Eigen::Isometry3d::Identity();
+    patella.linear() = rotation_of(place.turn * lateral_);
+    patella.translation() = patella_centre_ + scale_ * (place.forward * forward_ + place.up * up_) -
+                            patella.linear() * patella_centre_;
+    const Eigen::Vector3d away = patella.linear() * forward_;
+    bones.patella = thigh * Eigen::Translation3d(shift(patella_, patella, away) * away) * patella;
     return bones;
 }
 

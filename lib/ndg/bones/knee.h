@@ -3,17 +3,12 @@
 #pragma once
 
 #include "ndg/core/types.h"
-
-#include <vector>
+#include "ndg/geometry/distance_grid.h"
 
 namespace ndg {
 
-/// How far two surfaces are apart: the least signed distance of the moving one's vertices to the fixed one.
-class TriangleTree;
-double surface_gap(const TriangleTree& fixed, const Eigen::Ref<const Points>& moving, const Eigen::Isometry3d& motion);
-
 /// Both bones keep the gap to the femur that they have at rest: along the path that the pose (tibia) or the model (kneecap)
-/// gives, shifts are measured once a body on its own surfaces, every 10 degrees of flexion, and interpolated.
+/// gives, they are shifted until the least distance of their vertices to the femur is that of rest.
 class KneeMotion {
 public:
     /// `femur`: closed surface. `hip`, `knee`: joints of the skeleton.
@@ -31,12 +26,20 @@ public:
     double flexion(const Eigen::Isometry3d& thigh, const Eigen::Isometry3d& shin) const;
 
 private:
-    Eigen::Isometry3d patella_in_femur(double flexion, double shift) const;
-    Eigen::Isometry3d shin_in_femur(double flexion) const;
+    /// Vertices of a bone that come near the femur, and the least distance at rest.
+    struct Facing {
+        Points vertices;
+        double rest_gap = 0.0;
+    };
+    Facing facing(const Points& vertices) const;
+    double gap(const Points& vertices, const Eigen::Isometry3d& femur_from_rest) const;
+    /// How far the bone must be shifted along `away` (in the femur's frame) to be as far from it as at rest.
+    double shift(const Facing& bone, Eigen::Isometry3d femur_from_rest, const Eigen::Vector3d& away) const;
 
     Eigen::Vector3d knee_, up_, lateral_, forward_, patella_centre_;
     double scale_ = 1.0;
-    std::vector<double> shank_shifts_, patella_shifts_;  ///< m, away from the femur, at each step of flexion
+    ScalarGrid femur_distance_;  ///< around the knee
+    Facing tibia_, patella_;
 };
 
 }  // namespace ndg

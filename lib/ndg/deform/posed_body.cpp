@@ -37,8 +37,10 @@ PosedBody::PosedBody(const BodyPoser& poser, const Body& body, const Pose& pose,
 {
     const auto rest_wrap = body.volume_vertices.topRows(poser.template_->num_wrap_vertices());
     if (poser.rigged_) {
-        bone_segments_ = poser.rigged_->motion(body)->segments(world_from_rest_);
+        const std::shared_ptr<const BodyRig> rig = poser.rigged_->of(body);
+        bone_segments_ = rig->motion.segments(world_from_rest_);
         bone_wrap_ = dual_quaternion_blending(rest_wrap, poser.rigged_->rig().wrap_weights, bone_segments_);
+        rig->clearance.push_out(rest_wrap, bone_segments_, bone_wrap_);
     } else {
         bone_wrap_ = linear_blend_skinning(rest_wrap, poser.bone_wrap_weights_, world_from_rest_);
     }
