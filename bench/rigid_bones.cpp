@@ -192,9 +192,10 @@ void Bench::measure(const std::string& mode, const std::vector<NamedPose>& poses
     std::vector<double> outside_millimetres, attached;
     std::map<std::string, std::vector<double>> volumes, shortest, longest;
     for (const NamedPose& named : poses) {
-        poser_of_mode.pose(body_, named.pose);
+        poser_of_mode.pose(body_, named.pose).bone_wrap();
         const double start = thread_seconds();
         const PosedBody posed = poser_of_mode.pose(body_, named.pose);
+        posed.bone_wrap();
         seconds += thread_seconds() - start;
         const Points volume = posed.skinned_volume(), anatomy = posed.anatomy(anatomy_rest_, volume);
         Points inside(inside_.rows(), 3);

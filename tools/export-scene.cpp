@@ -155,6 +155,7 @@ int main(int argc, char** argv)
     std::string template_path, bodies_path, poses_path, mesh_path, picture_path;
     std::vector<std::string> deformation_paths;
     Selection asked;
+    PosingOptions posing;
     std::string kind = "body", split = "test", colour = "plain", surface = "all";
     int count = 3, num_frames = 1;
     PictureSettings settings;
@@ -181,6 +182,7 @@ int main(int argc, char** argv)
                    {"all", "skin", "muscle_wrap", "bone_wrap", "bones", "muscles"});
     tool.parameter("picture-kind", kind, "What the picture shows",
                    {"body", "layers", "cut", "frames", "bodies", "poses"});
+    tool.options(posing);
     tool.parameter("view", settings.view, "Where the camera stands");
     tool.parameter("colour", colour, "Skin in plain colour or by volume change", {"plain", "volume"});
     tool.parameter("colour-range", settings.colour_range, "Volume change shown in full colour", 1e-3, 10.0);
@@ -206,7 +208,13 @@ int main(int argc, char** argv)
         std::vector<DeformationSet> files;
         for (const std::string& path : deformation_paths)
             files.push_back(open_deformations(path, body_template.num_volume_vertices()));
-        const BodyPoser poser(body_template);
+        for (std::size_t i = 0; i < files.size(); ++i) {
+            require_input(files[i].posing.bone_wrap == files[0].posing.bone_wrap,
+                          "{} and {} are of bodies posed in different ways (bone-wrap)", deformation_paths[0],
+                          deformation_paths[i]);
+            posing = files[0].posing;
+        }
+        const BodyPoser poser(body_template, posing);
         const Inputs inputs{poser, bodies, poses, files};
         if (!mesh_path.empty()) {
             MeshSequence sequence = mesh_sequence(asked, num_frames, surface, settings, inputs);

@@ -82,13 +82,13 @@ TEST_CASE_METHOD(Scene, "Every sample of a file is what its method gives the pos
         INFO(flag);
         const DeformationMethod method = methods_without_options().find(flag);
         const std::string path = folder.file(flag + ".h5");
-        animate_samples(*this, *method.make(body_template), method.table_name, {path, ""}, Provenance{});
+        animate_samples(*this, *method.make(BodyPoser(body_template)), method.table_name, {path, ""}, Provenance{});
         const DeformationSet set = open_deformations(path, body_template.num_volume_vertices());
         REQUIRE(set.method == method.table_name);
         REQUIRE(set.pairs == samples.pairs);
         REQUIRE(set.pair_splits == samples.pair_splits);
         for (int i = 0; i < set.size(); ++i) {
-            const Points expected = method.make(body_template)->deform(posed(poser, samples.pairs[i]));
+            const Points expected = method.make(BodyPoser(body_template))->deform(posed(poser, samples.pairs[i]));
             CHECK(set.points(i).cast<float>() == expected.cast<float>());
         }
     }
@@ -106,7 +106,7 @@ TEST_CASE_METHOD(Scene, "Stored gradients give the vertices of Gradient Skinning
     REQUIRE(anatomy.size() == 3);
     REQUIRE(anatomy.triangles() == body_template.anatomy_triangles);
     const BodyPoser poser(body_template);
-    const auto skinning = methods_without_options().find("gradient-skinning").make(body_template);
+    const auto skinning = methods_without_options().find("gradient-skinning").make(BodyPoser(body_template));
     for (int i = 0; i < set.size(); ++i) {
         const PosedBody body = posed(poser, samples.pairs[i]);
         CHECK((set.points(i) - skinning->deform(body)).cwiseAbs().maxCoeff() < 1e-5);
@@ -139,7 +139,7 @@ TEST_CASE_METHOD(Scene, "What does not fit together is an input error and leaves
 {
     const std::string path = folder.file("lbs.h5");
     samples.pairs[2] = {2, 0};
-    const auto lbs = methods_without_options().find("lbs").make(body_template);
+    const auto lbs = methods_without_options().find("lbs").make(BodyPoser(body_template));
     CHECK_THROWS_AS(animate_samples(*this, *lbs, "LBS", {path, ""}, Provenance{}), InputError);
     CHECK_FALSE(std::filesystem::exists(path));
     samples.pairs[2] = samples.pairs[1];
@@ -174,5 +174,5 @@ TEST_CASE("The table of methods holds every name once and knows what is missing"
     CHECK_THROWS_AS(register_lbs(table), Error);
     CHECK_THROWS_AS(table.add({"other", "", "no name in tables", {}, {}}), Error);
     const Template tube = test::tube_template(4, 5);
-    CHECK_THROWS_WITH(table.find("gradients").make(tube), Catch::Contains("--gradients"));
+    CHECK_THROWS_WITH(table.find("gradients").make(BodyPoser(tube)), Catch::Contains("--gradients"));
 }

@@ -5,7 +5,6 @@
 #include "ndg/core/error.h"
 
 #include <algorithm>
-#include <cstdlib>
 
 namespace ndg {
 
@@ -16,8 +15,8 @@ BoneWeights wrap_weights_of(const BoneList& list, const Template& body_template)
     require_input(list.num_segments > 0, "rigid bones need a template that has bones");
     const int num_wrap = body_template.num_wrap_vertices();
     const auto wrap = body_template.rest.volume_vertices.topRows(num_wrap);
-    return smoothed_weights(bone_weights(list, body_template, body_template.anatomy_vertices, wrap), wrap,
-                            body_template.wrap_triangles, std::getenv("S") ? atof(std::getenv("S")) : 0.02);
+    return smoothed_weights(near_bones(list, body_template, body_template.anatomy_vertices, wrap).weights, wrap,
+                            body_template.wrap_triangles);
 }
 
 }  // namespace
@@ -25,8 +24,9 @@ BoneWeights wrap_weights_of(const BoneList& list, const Template& body_template)
 BoneRig::BoneRig(const Template& body_template)
     : list(body_template),
       wrap_weights(wrap_weights_of(list, body_template)),
-      interior_weights(bone_weights(list, body_template, body_template.anatomy_vertices,
-                                    body_template.rest.interior_vertices)),
+      interior_weights(near_bones(list, body_template, body_template.anatomy_vertices,
+                                  body_template.rest.interior_vertices)
+                           .weights),
       probes(list, body_template, wrap_weights)
 {
 }
@@ -66,6 +66,13 @@ std::shared_ptr<const BodyRig> RiggedBodies::of(const Body& body) const
     if (kept_.size() == most) kept_.pop_back();
     kept_.insert(kept_.begin(), {&body, body.joint_positions, made});
     return made;
+}
+
+const Attachments& RiggedBodies::attachments() const
+{
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (!attachments_) attachments_ = std::make_unique<const Attachments>(rig_.list, *template_);
+    return *attachments_;
 }
 
 void move_bones(const BoneList& list, const Eigen::Ref<const Points>& anatomy_rest,

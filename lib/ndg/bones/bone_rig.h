@@ -2,6 +2,7 @@
 // Rigid bones and what follows them: for a template, and for each of its bodies.
 #pragma once
 
+#include "ndg/bones/attachments.h"
 #include "ndg/bones/clearance.h"
 
 #include <memory>
@@ -44,6 +45,8 @@ public:
     const BoneRig& rig() const { return rig_; }
     /// Made when first asked for; a few bodies are kept, told apart by address and joints. Any thread.
     std::shared_ptr<const BodyRig> of(const Body& body) const;
+    /// Made when first asked for. Any thread.
+    const Attachments& attachments() const;
 
 private:
     struct Kept {
@@ -54,6 +57,7 @@ private:
     const Template* template_;
     BoneRig rig_;
     mutable std::mutex mutex_;
+    mutable std::unique_ptr<const Attachments> attachments_;
     mutable std::vector<Kept> kept_;  ///< the one used last first
 };
 

@@ -7,7 +7,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <limits>
 #include <map>
 
@@ -40,21 +39,16 @@ std::vector<SegmentSurface> segment_surfaces(const BoneList& list, const Templat
     return surfaces;
 }
 
-/// How much farther than the nearest bone a bone may be to have a part: more the farther that one is.
-double blend_width(double nearest)
-{
-    static const double least = std::getenv("W") ? atof(std::getenv("W")) : 0.012, growth = std::getenv("G") ? atof(std::getenv("G")) : 1.0;
-    return least + growth * nearest;
-}
-
 }  // namespace
 
-BoneWeights bone_weights(const BoneList& list, const Template& body_template, const Eigen::Ref<const Points>& anatomy_rest,
-                         const Eigen::Ref<const Points>& points)
+NearBones near_bones(const BoneList& list, const Template& body_template, const Eigen::Ref<const Points>& anatomy_rest,
+                     const Eigen::Ref<const Points>& points, double width)
 {
     require(list.num_segments > 0, "no bones to follow");
     const std::vector<SegmentSurface> surfaces = segment_surfaces(list, body_template, anatomy_rest);
     std::vector<std::vector<std::pair<int, double>>> influences(points.rows());
+    NearBones result;
+    result.distances.resize(points.rows());
 #pragma omp parallel for schedule(dynamic, 64)
     for (Eigen::Index i = 0; i < points.rows(); ++i) {
         const Eigen::Vector3d point = points.row(i).transpose();
@@ -64,29 +58,29 @@ BoneWeights bone_weights(const BoneList& list, const Template& body_template, co
         double nearest = std::numeric_limits<double>::infinity();
         std::vector<std::pair<int, double>>& found = influences[i];
         for (const auto& [box_distance, s] : boxes) {
-            if (box_distance > nearest + blend_width(nearest)) break;
+            if (box_distance > width + 2.0 * nearest) break;
             const double distance = surfaces[s].tree->closest(point).distance;
             nearest = std::min(nearest, distance);
             found.emplace_back(s, distance);
         }
-        const double width = blend_width(nearest);
         double sum = 0.0;
         for (auto& [s, value] : found) {
-            const double t = std::min((value - nearest) / width, 1.0);
+            const double t = std::min((value - nearest) / (width + nearest), 1.0);
             value = (1.0 - t * t) * (1.0 - t * t);
             sum += value;
         }
         for (auto& [s, value] : found) value /= sum;
+        result.distances[i] = nearest;
     }
-    BoneWeights result;
-    result.begins.push_back(0);
+    BoneWeights& weights = result.weights;
+    weights.begins.push_back(0);
     for (const auto& found : influences) {
         for (const auto& [s, value] : found) {
             if (value <= 0.0) continue;
-            result.segments.push_back(s);
-            result.weights.push_back(value);
+            weights.segments.push_back(s);
+            weights.weights.push_back(value);
         }
-        result.begins.push_back(int(result.segments.size()));
+        weights.begins.push_back(int(weights.segments.size()));
     }
     return result;
 }

@@ -17,10 +17,16 @@ struct BoneWeights {
     Eigen::Index size() const { return Eigen::Index(begins.size()) - 1; }
 };
 
-/// Bones at most `width` farther than the nearest one have a part in a point, falling smoothly with their distance: what
-/// lies at one bone follows it rigidly, what lies between bones is shared. `bones` at rest like `points` (N x 3).
-BoneWeights bone_weights(const BoneList& list, const Template& body_template, const Eigen::Ref<const Points>& anatomy_rest,
-                         const Eigen::Ref<const Points>& points);
+/// Of points: the distance to the nearest bone (m), and weights.
+struct NearBones {
+    Eigen::VectorXd distances;
+    BoneWeights weights;
+};
+/// Bones at most `width` (m) plus once its distance farther than the nearest one have a part in a point, falling smoothly
+/// with their distance: what lies at one bone follows it rigidly, what lies between bones is shared. `anatomy_rest` N_a x 3,
+/// `points` N x 3, at rest. Throws Error where there are no bones.
+NearBones near_bones(const BoneList& list, const Template& body_template, const Eigen::Ref<const Points>& anatomy_rest,
+                     const Eigen::Ref<const Points>& points, double width = 0.012);
 
 /// Weights of the vertices of a surface spread over it by about `spread` (m, standard deviation), so that the surface
 /// between bones bends over a length and not at an edge. `vertices` N x 3 at rest.

@@ -18,6 +18,7 @@ namespace {
 constexpr double margin = 0.0015;      ///< m between bone and wrap that is kept in poses
 constexpr double grid_margin = 0.006;  ///< m around a bone in which its distance is known
 constexpr double spacing = 0.003;      ///< m
+constexpr double least_share = 0.03;   ///< of a bone in a probe, below which it is not looked at
 constexpr double peak_cell = 0.006;    ///< m
 constexpr double folded_share = 0.3;   ///< of a bone in a probe, below which it counts as foreign
 
@@ -87,11 +88,13 @@ WrapProbes::WrapProbes(const BoneList& list, const Template& body_template, cons
             for (int k = bone_weights.begins[v]; k < bone_weights.begins[v + 1]; ++k)
                 met[bone_weights.segments[k]] += bone_weights.weights[k] / 3.0;
         if (met.size() < 2) return;
-        probes.push_back({vertices, int(segments.size()), int(segments.size() + met.size())});
+        probes.push_back({vertices, int(segments.size()), 0});
         for (const auto& [segment, share] : met) {
+            if (share < least_share) continue;
             segments.push_back(segment);
             shares.push_back(float(share));
         }
+        probes.back().end = int(segments.size());
     };
     for (int v = 0; v < bone_weights.size(); ++v) add({v, v, v});
     for (Eigen::Index t = 0; t < wrap_triangles.rows(); ++t)

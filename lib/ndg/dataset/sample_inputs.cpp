@@ -22,6 +22,11 @@ void SampleInputs::add_samples(Tool& tool)
     tool.parameter("pose", pose_idx_, "with --body, this pose; -1: all", -1, 100000000);
 }
 
+void SampleInputs::add_posing(Tool& tool)
+{
+    tool.options(samples.posing);
+}
+
 void SampleInputs::read()
 {
     body_template = read_template(template_path_);

@@ -22,6 +22,8 @@ public:
     void add_files(Tool& tool);
     /// Which samples: --splits and --split, or --body and --pose.
     void add_samples(Tool& tool);
+    /// How bodies are posed, into samples.posing.
+    void add_posing(Tool& tool);
     /// Inside Tool::run. Throws InputError naming the file or option that does not fit, or that gives no sample.
     void read();
 

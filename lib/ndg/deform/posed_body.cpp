@@ -9,6 +9,7 @@ namespace ndg {
 
 BodyPoser::BodyPoser(const Template& body_template, const PosingOptions& options)
     : template_(&body_template),
+      options_(options),
       rigged_(options.bone_wrap == BoneWrap::rigid ? std::make_shared<const RiggedBodies>(body_template) : nullptr),
       bone_wrap_weights_(select_weights(body_template.skin_weights, body_template.wrap_to_skin)),
       volume_weights_(body_template.volume_weights()),
@@ -35,29 +36,37 @@ PosedBody::PosedBody(const BodyPoser& poser, const Body& body, const Pose& pose,
       world_from_rest_(forward_kinematics(poser.template_->skeleton, body.joint_positions, pose)),
       prism_rotations_(blend_rotations(poser.prism_weights_, world_from_rest_))
 {
-    const auto rest_wrap = body.volume_vertices.topRows(poser.template_->num_wrap_vertices());
-    if (poser.rigged_) {
-        const std::shared_ptr<const BodyRig> rig = poser.rigged_->of(body);
+}
+
+const Points& PosedBody::bone_wrap() const
+{
+    if (bone_wrap_.rows() > 0) return bone_wrap_;
+    const auto rest_wrap = body_->volume_vertices.topRows(poser_->template_->num_wrap_vertices());
+    if (poser_->rigged_) {
+        const std::shared_ptr<const BodyRig> rig = poser_->rigged_->of(*body_);
         bone_segments_ = rig->motion.segments(world_from_rest_);
-        bone_wrap_ = dual_quaternion_blending(rest_wrap, poser.rigged_->rig().wrap_weights, bone_segments_);
+        bone_wrap_ = dual_quaternion_blending(rest_wrap, poser_->rigged_->rig().wrap_weights, bone_segments_);
         rig->clearance.push_out(rest_wrap, bone_segments_, bone_wrap_);
     } else {
-        bone_wrap_ = linear_blend_skinning(rest_wrap, poser.bone_wrap_weights_, world_from_rest_);
+        bone_wrap_ = linear_blend_skinning(rest_wrap, poser_->bone_wrap_weights_, world_from_rest_);
     }
+    return bone_wrap_;
 }
 
 Points PosedBody::skinned_volume() const
 {
     Points volume = linear_blend_skinning(body_->volume_vertices, poser_->volume_weights_, world_from_rest_);
-    volume.topRows(bone_wrap_.rows()) = bone_wrap_;
+    volume.topRows(bone_wrap().rows()) = bone_wrap();
     return volume;
 }
 
 Points PosedBody::bone_interior() const
 {
-    if (poser_->rigged_)
+    if (poser_->rigged_) {
+        bone_wrap();  // with it come the segments
         return dual_quaternion_blending(body_->interior_vertices, poser_->rigged_->rig().interior_weights,
                                         bone_segments_);
+    }
     return linear_blend_skinning(body_->interior_vertices, body_template().interior_weights, world_from_rest_);
 }
 
@@ -81,7 +90,10 @@ Points PosedBody::anatomy(const Eigen::Ref<const Points>& anatomy_rest,
                           const Eigen::Ref<const Points>& deformed_volume) const
 {
     Points anatomy = deformed_anatomy(body_template(), anatomy_rest, deformed_volume, bone_interior(), world_from_rest_);
-    if (poser_->rigged_) move_bones(poser_->rigged_->rig().list, anatomy_rest, bone_segments_, anatomy);
+    if (poser_->rigged_) {
+        poser_->rigged_->attachments().hold(anatomy_rest, bone_segments_, anatomy);
+        move_bones(poser_->rigged_->rig().list, anatomy_rest, bone_segments_, anatomy);
+    }
     return anatomy;
 }
 

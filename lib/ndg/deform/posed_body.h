@@ -22,6 +22,7 @@ public:
     explicit BodyPoser(const Template& body_template, const PosingOptions& options = {});
 
     const Template& body_template() const { return *template_; }
+    const PosingOptions& options() const { return options_; }
 
     /// Throws Error when the pose or the body has another number of joints than the skeleton. `pair`: which sample of
     /// the body and pose files it is, where it comes from them.
@@ -31,6 +32,7 @@ private:
     friend class PosedBody;
 
     const Template* template_;
+    PosingOptions options_;
     std::shared_ptr<const RiggedBodies> rigged_;  ///< of rigid bones; copies of a poser share it
     SkinningWeights bone_wrap_weights_;
     SkinningWeights volume_weights_;
@@ -38,7 +40,7 @@ private:
 };
 
 /// Joint motions, bone wrap and prism rotations are computed once and handed on to whatever deforms or shows the body;
-/// parts that not everybody needs are computed when asked for. Keeps references to its poser and body, which must
+/// parts that not everybody needs are computed when asked for, the bone wrap when first asked for (by one thread). Keeps references to its poser and body, which must
 /// outlive it.
 class PosedBody {
 public:
@@ -52,7 +54,7 @@ public:
     const std::vector<Eigen::Isometry3d>& world_from_rest() const { return world_from_rest_; }
     /// The bone wrap, N_w x 3: the Dirichlet values of every solve (NDG 3.2, 4.2). By linear blend skinning or following
     /// rigid bones, as PosingOptions say.
-    const Points& bone_wrap() const { return bone_wrap_; }
+    const Points& bone_wrap() const;
     /// R_p of every prism (NDG equation 11), N_p.
     const std::vector<Eigen::Matrix3d>& prism_rotations() const { return prism_rotations_; }
 
@@ -78,8 +80,8 @@ private:
     Pose pose_;
     SamplePair pair_;
     std::vector<Eigen::Isometry3d> world_from_rest_;
-    std::vector<Eigen::Isometry3d> bone_segments_;  ///< motions of rigid bones; none otherwise
-    Points bone_wrap_;
+    mutable std::vector<Eigen::Isometry3d> bone_segments_;  ///< motions of rigid bones, made with the bone wrap
+    mutable Points bone_wrap_;                              ///< no rows: not made yet
     std::vector<Eigen::Matrix3d> prism_rotations_;
 };
 
