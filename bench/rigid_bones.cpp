@@ -371,13 +371,14 @@ int main(int argc, char** argv)
     Tool tool("bench-rigid-bones", "Measures bones and bone wrap in poses, by linear blend skinning and as rigid bones.",
               "bench_rigid_bones --template out/desk/template.h5 --poses out/desk/poses.h5");
     std::string template_path, bodies_path, poses_path, output, pictures;
-    int body_idx = 0, num_poses = 200;
+    int body_idx = 0, num_poses = 200, pictured = -1;
     tool.input("template", template_path, "template with bones");
     tool.input("bodies", bodies_path, "bodies; the template's own without it", false);
     tool.input("poses", poses_path, "poses of the motion set; without it only the named ones", false);
     tool.parameter("body", body_idx, "which of the bodies", 0, 1 << 30);
     tool.parameter("pose-count", num_poses, "of the motion set, spread evenly", 1, 100000);
     tool.parameter("pictures", pictures, "folder for pictures of the named poses; empty: none");
+    tool.parameter("pictured-pose", pictured, "this pose of --poses instead of the named ones; -1: none", -1, 1 << 30);
     tool.output("output", output, "JSON result", false);
     return tool.run(argc, argv, [&] {
         set_num_threads(1);
@@ -390,11 +391,15 @@ int main(int argc, char** argv)
             body = bodies.bodies[body_idx];
         }
         const ClinicalFrames frames(body.joint_positions);
-        const std::vector<NamedPose> named = named_poses(frames);
+        std::vector<NamedPose> named = named_poses(frames);
         std::vector<NamedPose> all = named;
         if (!poses_path.empty()) {
             const PoseSet poses = read_poses(poses_path);
-            for (int i = 0; i < std::min(num_poses, poses.size()); ++i) {
+            if (pictured >= 0 && pictured < poses.size()) {
+                named = {{fmt::format("pose-{}", pictured), poses.poses[pictured]}};
+                all = named;
+            }
+            for (int i = 0; pictured < 0 && i < std::min(num_poses, poses.size()); ++i) {
                 const int p = int(std::int64_t(i) * poses.size() / std::min(num_poses, poses.size()));
                 all.push_back({fmt::format("pose {}", p), poses.poses[p]});
             }

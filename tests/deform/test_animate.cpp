@@ -157,7 +157,8 @@ TEST_CASE_METHOD(Scene, "Rest data follow the body")
         CHECK(&rest.operators(body) == &operators);
         CHECK(operators.volume(3) == fresh.volume(3));
         CHECK(rest.anatomy(body) == anatomy_at_rest(body_template, body));
-        const PosedBody posed = BodyPoser(body_template).pose(body, poses.poses[1]);
+        const BodyPoser poser(body_template);
+        const PosedBody posed = poser.pose(body, poses.poses[1]);
         const PoissonReconstruction poisson(fresh, body_template.num_wrap_vertices());
         CHECK(gradient_skinning(posed, rest.poisson(body)) == gradient_skinning(posed, poisson));
     }

@@ -80,7 +80,7 @@ private:
 }  // namespace
 
 WrapProbes::WrapProbes(const BoneList& list, const Template& body_template, const BoneWeights& bone_weights)
-    : weights(&bone_weights), wrap_triangles(body_template.wrap_triangles)
+    : wrap_triangles(body_template.wrap_triangles)
 {
     const auto add = [&](std::array<int, 3> vertices) {
         std::map<int, double> met;
@@ -169,9 +169,11 @@ BoneClearance::BoneClearance(const WrapProbes& probes, const BoneList& list, con
     const Points wrap = bone_wrap;
     least_.resize(probes.segments.size());
     rest_distances_.resize(probes.segments.size());
+    rest_places_.resize(Eigen::Index(probes.probes.size()), 3);
     for (std::size_t p = 0; p < probes.probes.size(); ++p) {
         const WrapProbes::Probe& probe = probes.probes[p];
         const Eigen::Vector3d at = place(probe, wrap);
+        rest_places_.row(Eigen::Index(p)) = at.transpose();
         for (int k = probe.begin; k < probe.end; ++k) {
             const ScalarGrid& grid = distances_[probes.segments[k]];
             const Eigen::Vector3d last = grid.box.node(grid.box.size[0] - 1, grid.box.size[1] - 1, grid.box.size[2] - 1);
@@ -201,6 +203,7 @@ void BoneClearance::push_out(const Eigen::Ref<const Points>& rest_wrap, const st
     constexpr int iterations = 4;
     constexpr double most = 0.015;  // m, a step
     constexpr double least_slope = 0.3, foot_slack = 0.1;
+    constexpr double taken_along = 0.4;
     constexpr double watched = 0.0015;  // m; what is farther from coming through at first does not come through later
     std::vector<Eigen::Isometry3d> rest_from_world;
     for (const Eigen::Isometry3d& motion : segments) rest_from_world.push_back(motion.inverse());
@@ -213,11 +216,15 @@ void BoneClearance::push_out(const Eigen::Ref<const Points>& rest_wrap, const st
         pushes.row(v) = by;
     };
 
-    // One segment met by one probe, one peak under its triangles: true where it is worth looking again.
-    const auto meet = [&](const WrapProbes::Probe& probe, int k) {
+    // How far a point of the wrap is from where a segment would take it: its distance to the bone changes by no more.
+    const auto way = [&](int segment, const Eigen::Vector3d& rest, const Eigen::Vector3d& now) {
+        return (segments[segment].linear() * rest + segments[segment].translation() - now).norm();
+    };
+    // One segment met by one probe at a point, one peak under its triangles: true where it is worth looking again.
+    const auto meet = [&](const WrapProbes::Probe& probe, int k, const Eigen::Vector3d& point) {
         const int s = probes_->segments[k];
         const ScalarGrid& grid = distances_[s];
-        const Eigen::Vector3d at_rest = rest_from_world[s] * place(probe, bone_wrap);
+        const Eigen::Vector3d at_rest = rest_from_world[s] * point;
         const Eigen::Vector3d in_grid = (at_rest - grid.box.origin) / grid.box.spacing;
         if ((in_grid.array() < 0.0).any() || (in_grid.array() > grid.box.size.cast<double>() - 1.0).any()) return false;
         Eigen::Vector3d gradient;
@@ -249,40 +256,40 @@ void BoneClearance::push_out(const Eigen::Ref<const Points>& rest_wrap, const st
         return near;
     };
 
-    // How far each vertex is from where any of its segments would take it: distances change by no more than that.
-    std::vector<float> way(bone_wrap.rows());
-    const BoneWeights& weights = *probes_->weights;
-    for (Eigen::Index v = 0; v < bone_wrap.rows(); ++v) {
-        const Eigen::Vector3d rest = rest_wrap.row(v).transpose(), now = bone_wrap.row(v).transpose();
-        double farthest = 0.0;
-        for (int k = weights.begins[v]; k < weights.begins[v + 1]; ++k) {
-            const Eigen::Isometry3d& motion = segments[weights.segments[k]];
-            farthest = std::max(farthest, (motion.linear() * rest + motion.translation() - now).squaredNorm());
-        }
-        way[v] = float(std::sqrt(farthest));
-    }
-    const auto way_of = [&](const auto& vertices) { return std::max({way[vertices[0]], way[vertices[1]], way[vertices[2]]}); };
     std::vector<std::pair<int, int>> meetings;  // probe and place of the segment
     std::vector<int> peaks;
     for (int p = 0; p < int(probes_->probes.size()); ++p) {
         const WrapProbes::Probe& probe = probes_->probes[p];
-        const float probe_way = way_of(probe.vertices);
-        for (int k = probe.begin; k < probe.end; ++k)
-            if (rest_distances_[k] - least_[k] < probe_way + watched && meet(probe, k)) meetings.emplace_back(p, k);
+        const Eigen::Vector3d point = place(probe, bone_wrap), rest = rest_places_.row(p).transpose();
+        for (int k = probe.begin; k < probe.end; ++k) {
+            if (rest_distances_[k] - least_[k] - watched > way(probes_->segments[k], rest, point)) continue;
+            if (meet(probe, k, point)) meetings.emplace_back(p, k);
+        }
     }
     for (int i = 0; i < int(probes_->peaks.size()); ++i) {
         const WrapProbes::Peak& peak = probes_->peaks[i];
-        if (peak_depths_[i] < way_of(probes_->wrap_triangles.row(peak.triangles[0])) && rise(std::size_t(i)))
-            peaks.push_back(i);
+        double farthest = 0.0;
+        for (int c = 0; c < 3; ++c) {
+            const int v = probes_->wrap_triangles(peak.triangles[0], c);
+            farthest = std::max(farthest, way(peak.segment, rest_wrap.row(v).transpose(), bone_wrap.row(v).transpose()));
+        }
+        if (peak_depths_[i] < farthest && rise(std::size_t(i))) peaks.push_back(i);
     }
     for (int iteration = 1;; ++iteration) {
+        // Neighbours go along a part of the way, so that no vertex stands out alone.
+        const std::vector<int> sources = pushed;
+        for (const int source : sources) {
+            const Eigen::RowVector3d part = taken_along * pushes.row(source);
+            for (const int t : probes_->triangles_of[source])
+                for (int c = 0; c < 3; ++c) push(probes_->wrap_triangles(t, c), part);
+        }
         for (const int v : pushed) {
             bone_wrap.row(v) += pushes.row(v);
             pushes.row(v).setZero();
         }
         if (iteration == iterations || pushed.empty()) break;
         pushed.clear();
-        for (const auto& [p, k] : meetings) meet(probes_->probes[p], k);
+        for (const auto& [p, k] : meetings) meet(probes_->probes[p], k, place(probes_->probes[p], bone_wrap));
         for (const int i : peaks) rise(std::size_t(i));
     }
 }

@@ -12,10 +12,9 @@ namespace ndg {
 
 /// Where bones that move against each other may come through the wrap. Of a template.
 struct WrapProbes {
-    /// Keeps a reference to `bone_weights`, those of the wrap.
+    /// `bone_weights`: those of the wrap.
     WrapProbes(const BoneList& list, const Template& body_template, const BoneWeights& bone_weights);
 
-    const BoneWeights* weights;
 
     /// A place on the wrap, the mean of three vertices (one of them repeated, or those of a triangle), in which several
     /// segments have a part.
@@ -53,6 +52,7 @@ private:
     std::vector<ScalarGrid> distances_;               ///< of each segment
     std::vector<float> least_;                        ///< of each probe and segment, the distance that is kept
     std::vector<float> rest_distances_;               ///< of each probe and segment; far away a lower bound
+    Points rest_places_;                              ///< of the probes
     Points peaks_;                                    ///< at rest
     std::vector<float> peak_depths_;                  ///< under what is allowed over the nearest triangle
     std::vector<std::array<float, 4>> peak_heights_;  ///< over its triangles, what is allowed

@@ -13,9 +13,10 @@ namespace ndg {
 namespace {
 
 constexpr double degree = M_PI / 180.0;
-/// Kneecap in the femur every 10 degrees of flexion from 0: forward and up (mm), and its turn (degrees). Walker et al.
-/// 1988 as in the model of Rajagopal et al. 2016 (Rajagopal2016.osim, patellofemoral joint), whose knee has its centre
-/// 48 mm behind and 23 mm above the kneecap's at 0 degrees.
+/// Lower pole of the kneecap in the femur every 10 degrees of flexion from 0: forward and up (mm), and the kneecap's turn
+/// (degrees). Walker et al. 1988 as in the model of Rajagopal et al. 2016 (Rajagopal2016.osim, patellofemoral joint). Its
+/// frame has the origin at the lower pole, 26.4 mm below and 1.8 mm behind the centre of mass, which at 0 degrees lies
+/// 50 mm in front of the knee's centre.
 struct PatellaPlace {
     double forward, up, turn;
 };
@@ -32,7 +33,8 @@ constexpr std::array<PatellaPlace, 13> patella_path = {{{52.4, -10.8, 0.0},
                                                         {-14.8, -30.1, 82.4},
                                                         {-19.6, -24.5, 92.4},
                                                         {-22.7, -18.7, 102.3}}};
-constexpr double model_distance = 0.053;  // m, from the knee's centre to the kneecap's
+constexpr double centre_forward = 0.0018, centre_up = 0.0264;  // m, from the pole, at 0 degrees
+constexpr double model_distance = 0.050;                       // m, from the knee's centre to the kneecap's
 
 PatellaPlace patella_place(double flexion)
 {
@@ -117,8 +119,9 @@ KneeMotion::Bones KneeMotion::bones(const Eigen::Isometry3d& thigh, const Eigen:
     const PatellaPlace place = patella_place(flexion(thigh, shin));
     Eigen::Isometry3d patella = Eigen::Isometry3d::Identity();
     patella.linear() = rotation_of(place.turn * lateral_);
-    patella.translation() = patella_centre_ + scale_ * (place.forward * forward_ + place.up * up_) -
-                            patella.linear() * patella_centre_;
+    const Eigen::Vector3d pole = patella_centre_ - scale_ * (centre_forward * forward_ + centre_up * up_);
+    patella.translation() =
+        pole + scale_ * (place.forward * forward_ + place.up * up_) - patella.linear() * pole;
     const Eigen::Vector3d away = patella.linear() * forward_;
     bones.patella = thigh * Eigen::Translation3d(shift(patella_, patella, away) * away) * patella;
     return bones;

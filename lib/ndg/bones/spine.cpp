@@ -23,6 +23,8 @@ constexpr std::array<std::array<double, 3>, num_spine_levels> level_ranges = {{
     {20, 7, 11},     {15, 7, 11},      {10, 3, 10},      {20, 40, 5},      {25, 5, 5},        // C4-C5 to C0-C1
 }};
 
+constexpr int turning = 1;  ///< the axis along the spine
+
 /// Length along the polyline at which each of its points lies.
 Eigen::VectorXd places_along(const Points& line)
 {
@@ -48,7 +50,8 @@ double nearest_place(const Points& line, const Eigen::VectorXd& places, const Ei
 }
 
 /// Shares of one joint's turn about one axis: range times a hat between the neighbouring joints, times exp(tilt * s) with
-/// the tilt that puts the mean place at the joint (as near as the levels allow).
+/// the tilt that puts the mean place at the joint (as near as the levels allow). Turning about the spine's own axis moves
+/// nothing along it and needs no tilt: half of the head's turn stays between axis and atlas.
 Eigen::VectorXd balanced_shares(const Eigen::VectorXd& places, double before, double at, double after, int axis)
 {
     Eigen::VectorXd base(places.size());
@@ -62,6 +65,7 @@ Eigen::VectorXd balanced_shares(const Eigen::VectorXd& places, double before, do
         (places.array() - at).abs().minCoeff(&nearest);
         return Eigen::VectorXd::Unit(places.size(), nearest);
     }
+    if (axis == turning) return base / base.sum();
     const double scale = after - before;
     const auto tilted = [&](double tilt) -> Eigen::VectorXd {
         Eigen::VectorXd shares = base.array() * (tilt * (places.array() - at) / scale).exp();

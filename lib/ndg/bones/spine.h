@@ -14,8 +14,8 @@ namespace ndg {
 constexpr int num_spine_levels = num_vertebrae + 1;
 
 /// Of one body. Each joint of spine and neck gives its turn to the levels between the joints beside it, in proportion to
-/// how far these levels can bend, turn and lean, tilted so that the shares balance about the joint: vertebrae then stay
-/// where the skeleton has them. Between the levels the vertebrae form a chain, which is moved by what is left of the
+/// how far these levels can bend, turn and lean, those of bending and leaning tilted so that they balance about the joint:
+/// vertebrae then stay where the skeleton has them. Between the levels the vertebrae form a chain, which is moved by what is left of the
 /// distance to the skeleton (spread along the chain). Above all shares the turn is the joint's, exactly.
 class SpineMotion {
 public:
