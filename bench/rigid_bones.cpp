@@ -52,12 +52,15 @@ std::vector<NamedPose> named_poses(const ClinicalFrames& frames)
     const auto pose = [&](const std::vector<std::pair<std::string, double>>& degrees) {
         return clinical_pose(frames, degrees);
     };
-    return {{"deep-squat",
-             pose({{"both_knee.flexion", 140}, {"both_hip.flexion", 115}, {"both_ankle.dorsiflexion", 15},
-                   {"both_shoulder.elevation", 90}, {"both_shoulder.plane", 90}, {"trunk.flexion", 35}})},
+    return {{"deep-squat", pose({{"both_knee.flexion", 140},
+                                 {"both_hip.flexion", 115},
+                                 {"both_ankle.dorsiflexion", 15},
+                                 {"both_shoulder.elevation", 90},
+                                 {"both_shoulder.plane", 90},
+                                 {"trunk.flexion", 35}})},
             {"arms-overhead", pose({{"both_shoulder.elevation", 165}, {"both_clavicle.elevation", 20}})},
-            {"arms-forward", pose({{"both_shoulder.elevation", 90}, {"both_shoulder.plane", 90},
-                                   {"both_clavicle.protraction", 15}})},
+            {"arms-forward",
+             pose({{"both_shoulder.elevation", 90}, {"both_shoulder.plane", 90}, {"both_clavicle.protraction", 15}})},
             {"bent-trunk", pose({{"trunk.flexion", 80}, {"trunk.turn_left", 20}, {"both_hip.flexion", 30}})},
             {"high-knee", pose({{"left_hip.flexion", 120}, {"left_knee.flexion", 130}})},
             {"deep-knee-bend", pose({{"both_knee.flexion", 145}})},
@@ -121,7 +124,8 @@ private:
 
     static double volume_of(const Points& x, const Eigen::RowVector4i& t)
     {
-        const Eigen::Vector3d a = x.row(t[1]) - x.row(t[0]), b = x.row(t[2]) - x.row(t[0]), c = x.row(t[3]) - x.row(t[0]);
+        const Eigen::Vector3d a = x.row(t[1]) - x.row(t[0]), b = x.row(t[2]) - x.row(t[0]),
+                              c = x.row(t[3]) - x.row(t[0]);
         return a.cross(b).dot(c) / 6.0;
     }
 
@@ -211,7 +215,8 @@ void Bench::measure(const std::string& mode, const std::vector<NamedPose>& poses
         for (const AnatomyPart& part : template_.anatomy_parts) {
             if (part.layer != AnatomyLayer::bone) continue;
             const int begin = part.vertex_begin, count = part.vertex_end - begin;
-            const double defect = rigidity_defect(anatomy_rest_.middleRows(begin, count), anatomy.middleRows(begin, count));
+            const double defect =
+                rigidity_defect(anatomy_rest_.middleRows(begin, count), anatomy.middleRows(begin, count));
             if (defect > worst_rigid) {
                 worst_rigid = defect;
                 worst_rigid_name = part.name + " in " + named.name;
@@ -255,7 +260,8 @@ void Bench::measure(const std::string& mode, const std::vector<NamedPose>& poses
         }
         for (const Attachment& one : attachments_) {
             Eigen::Vector3d on_bone = Eigen::Vector3d::Zero();
-            for (int k = 0; k < 3; ++k) on_bone += one.on_bone.barycentric[k] * anatomy.row(one.triangle[k]).transpose();
+            for (int k = 0; k < 3; ++k)
+                on_bone += one.on_bone.barycentric[k] * anatomy.row(one.triangle[k]).transpose();
             const double gap = (anatomy.row(one.vertex).transpose() - on_bone).norm() - one.on_bone.distance;
             attached.push_back(mm * gap);
             if (gap > worst_attached) {
@@ -274,14 +280,15 @@ void Bench::measure(const std::string& mode, const std::vector<NamedPose>& poses
             fmt::print("\n");
         }
     }
-    fmt::print("{}: not rigid by {:.3f} mm: {}; {:.1f} mm outside the wrap: {}; attachments off by {:.1f} mm: {}\n", mode,
-               mm * worst_rigid, worst_rigid_name, mm * worst_outside, worst_outside_name, mm * worst_attached,
+    fmt::print("{}: not rigid by {:.3f} mm: {}; {:.1f} mm outside the wrap: {}; attachments off by {:.1f} mm: {}\n",
+               mode, mm * worst_rigid, worst_rigid_name, mm * worst_outside, worst_outside_name, mm * worst_attached,
                worst_attached_name);
     report.add(mode + "_rigidity_defect_mm", mm * worst_rigid);
     report.add(mode + "_bones_outside_mm", mm * worst_outside);
-    report.add(mode + "_bone_vertices_outside_1mm", double(std::count_if(outside_millimetres.begin(), outside_millimetres.end(),
-                                                                   [](double d) { return d > 1.0; })) /
-                                                  double(poses.size()));
+    report.add(mode + "_bone_vertices_outside_1mm",
+               double(std::count_if(outside_millimetres.begin(), outside_millimetres.end(),
+                                    [](double d) { return d > 1.0; })) /
+                   double(poses.size()));
     for (const Region& region : regions_) {
         report.add(mode + "_" + region.name + "_volume_min", bench::quantile(volumes[region.name], 0));
         report.add(mode + "_" + region.name + "_edge_p1_min", bench::quantile(shortest[region.name], 0));
@@ -360,7 +367,8 @@ void write_picture(const std::string& path, const PosedBody& posed, const std::s
     settings.occlusion_rays = 12;
     for (const View view : {View::left, View::three_quarter})
         for (const auto& surfaces : columns)
-            images.push_back(render(surfaces, frame_points(framed, view_direction(view, geometry.heading), 1.0), settings));
+            images.push_back(
+                render(surfaces, frame_points(framed, view_direction(view, geometry.heading), 1.0), settings));
     write_png(path, tile_images(images, 4, {}, {244, 245, 246}));
 }
 
@@ -368,7 +376,8 @@ void write_picture(const std::string& path, const PosedBody& posed, const std::s
 
 int main(int argc, char** argv)
 {
-    Tool tool("bench-rigid-bones", "Measures bones and bone wrap in poses, by linear blend skinning and as rigid bones.",
+    Tool tool("bench-rigid-bones",
+              "Measures bones and bone wrap in poses, by linear blend skinning and as rigid bones.",
               "bench_rigid_bones --template out/desk/template.h5 --poses out/desk/poses.h5");
     std::string template_path, bodies_path, poses_path, output, pictures;
     int body_idx = 0, num_poses = 200, pictured = -1;
@@ -420,8 +429,9 @@ int main(int argc, char** argv)
                 const PosedBody posed = poser.pose(body, one.pose);
                 for (const std::string joint : {"", "left_shin", "left_thigh", "left_upper_arm", "left_forearm"}) {
                     if (joint == "left_forearm" && one.name != "pronated") continue;
-                    write_picture(fmt::format("{}/{}-{}{}{}.png", pictures, one.name, joint, joint.empty() ? "" : "-", mode),
-                                  posed, joint);
+                    write_picture(
+                        fmt::format("{}/{}-{}{}{}.png", pictures, one.name, joint, joint.empty() ? "" : "-", mode),
+                        posed, joint);
                 }
             }
         }

@@ -29,9 +29,9 @@ TEST_CASE("Dual quaternions move what belongs to one bone exactly and what lies 
     Points rest(3, 3);
     rest << 0, 0, 0.1, 0, 1, 0.1, 0.1, 0.5, 0;
     const Eigen::Vector3d joint(0, 0.5, 0);
-    const Eigen::Isometry3d still = Eigen::Isometry3d::Identity(),
-                            turned = Eigen::Translation3d(joint) * Eigen::Isometry3d(about_z(2.0)) *
-                                     Eigen::Translation3d(-joint);
+    const Eigen::Isometry3d still = Eigen::Isometry3d::Identity(), turned = Eigen::Translation3d(joint) *
+                                                                            Eigen::Isometry3d(about_z(2.0)) *
+                                                                            Eigen::Translation3d(-joint);
     for (const Eigen::Isometry3d& carried : {still, Eigen::Translation3d(1, 2, 3) * Eigen::Isometry3d(about_y(3.0))}) {
         const Points posed = dual_quaternion_blending(rest, two_segments(), {carried, carried * turned});
         CHECK((posed.row(0).transpose() - carried * rest.row(0).transpose()).norm() < 1e-12);
@@ -68,8 +68,7 @@ TEST_CASE("A bone that no rule names moves as the best rigid fit of its skinning
             CHECK((rows(again) - rows(blended)).squaredNorm() > distance);
             other = segments;
             const Eigen::Vector3d mean = rows(moved).colwise().mean();
-            other[0] = Eigen::Translation3d(mean) *
-                       Eigen::Isometry3d(rotation_of(1e-3 * Eigen::Vector3d::Unit(axis))) *
+            other[0] = Eigen::Translation3d(mean) * Eigen::Isometry3d(rotation_of(1e-3 * Eigen::Vector3d::Unit(axis))) *
                        Eigen::Translation3d(-mean) * segments[0];
             move_bones(rigged.rig().list, anatomy, other, again);
             CHECK((rows(again) - rows(blended)).squaredNorm() > distance - 1e-12);

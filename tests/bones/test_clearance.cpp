@@ -31,7 +31,8 @@ TEST_CASE("The wrap at rest stays, and gives way outwards to a bone that comes t
     CHECK((posed - wrap).cwiseAbs().maxCoeff() == 0);
 
     // The second bone goes sideways until it stands out of the wrap by `out`.
-    const double bone_radius = tube.anatomy_vertices.col(0).maxCoeff(), wrap_radius = wrap.col(0).maxCoeff();
+    const auto bone = tube.anatomy_vertices.topRows(tube.anatomy_parts.front().vertex_end);
+    const double bone_radius = bone.col(0).maxCoeff(), wrap_radius = wrap.col(0).maxCoeff();
     const double out = 0.003;
     motions[1].translation().x() = wrap_radius - bone_radius + out;
     clearance.push_out(wrap, motions, posed);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "ndg/bones/limbs.h"
 #include "ndg/bones/knee.h"
+#include "ndg/bones/limbs.h"
 #include "ndg/geometry/closest_point.h"
 #include "ndg/geometry/rotation.h"
 #include "ndg/geometry/triangle_mesh.h"
@@ -16,7 +16,8 @@ namespace {
 constexpr double degree = M_PI / 180;
 
 /// Closed, outward: `rings` x `segments` quads of an ellipsoid and its two poles.
-TriangleMesh ellipsoid(const Eigen::RowVector3d& centre, const Eigen::RowVector3d& half, int rings = 24, int segments = 32)
+TriangleMesh ellipsoid(const Eigen::RowVector3d& centre, const Eigen::RowVector3d& half, int rings = 24,
+                       int segments = 32)
 {
     TriangleMesh mesh;
     mesh.vertices.resize(rings * segments + 2, 3);
@@ -71,7 +72,8 @@ TEST_CASE("The shoulder's bones rest at rest; a raised arm turns the scapula up 
     CHECK(cage.height({0.16, 1.25, 0}) == Approx(0.02).margin(1e-3));
     CHECK(cage.height({0, 1.25, -0.07}) < 0);
     for (const double side : {1.0, -1.0}) {
-        const Eigen::Vector3d joint(side * 0.19, 1.38, -0.03), elbow(side * 0.35, 1.2, -0.03), inner(side * 0.02, 1.4, 0.06);
+        const Eigen::Vector3d joint(side * 0.19, 1.38, -0.03), elbow(side * 0.35, 1.2, -0.03),
+            inner(side * 0.02, 1.4, 0.06);
         TriangleMesh clavicle = ellipsoid({side * 0.10, 1.41, 0.02}, {0.08, 0.006, 0.006});
         const TriangleMesh scapula = ellipsoid({side * 0.11, 1.32, -0.10}, {0.05, 0.07, 0.005});
         const ShoulderMotion shoulder(joint, elbow, inner, clavicle.vertices, scapula.vertices, cage);
@@ -109,7 +111,8 @@ TEST_CASE("The radius turns by the pronation about the axis to the wrist; the ul
     CHECK(rotation_angle(bones.ulna.linear(), Eigen::Matrix3d::Identity()) < 8 * degree);
     // Their lower ends stay together.
     const Eigen::Vector3d low_radius(0.315, 0.96, 0), low_ulna(0.288, 0.97, 0);
-    CHECK((bones.radius * low_radius - bones.ulna * low_ulna).norm() == Approx((low_radius - low_ulna).norm()).margin(0.004));
+    CHECK((bones.radius * low_radius - bones.ulna * low_ulna).norm() ==
+          Approx((low_radius - low_ulna).norm()).margin(0.004));
 }
 
 TEST_CASE("Tibia and kneecap keep their distance to the femur however far the knee bends")

@@ -18,7 +18,7 @@ struct Column {
     {
         for (int i = 0; i < num_spine_levels; ++i) levels.row(i) << 0, 1 + level_height * i, -0.02;
         for (int i = 0; i < num_vertebrae; ++i) centres.row(i) << 0, 1 + level_height * (i + 0.5), -0.02;
-        const std::vector<std::pair<const char*, int>> at = {{"spine_1", 1}, {"spine_2", 3}, {"spine_3", 5},
+        const std::vector<std::pair<const char*, int>> at = {{"spine_1", 1}, {"spine_2", 3},  {"spine_3", 5},
                                                              {"spine_4", 8}, {"spine_5", 10}, {"neck_1", 17},
                                                              {"neck_2", 20}, {"head", 24}};
         for (const auto& [name, level] : at) joints.row(standard_skeleton().joint(name)) = levels.row(level);
@@ -71,8 +71,11 @@ TEST_CASE("Vertebrae stand still at rest, turn more from level to level, and fol
         CHECK(distance(motion, Eigen::Isometry3d::Identity()) < 1e-12);
 
     const double bend = 0.35;
-    const auto joints = column.posed({{"spine_1", about_x(bend)}, {"spine_2", about_x(bend)}, {"spine_3", about_x(bend)},
-                                      {"spine_4", about_x(bend)}, {"spine_5", about_y(bend)}});
+    const auto joints = column.posed({{"spine_1", about_x(bend)},
+                                      {"spine_2", about_x(bend)},
+                                      {"spine_3", about_x(bend)},
+                                      {"spine_4", about_x(bend)},
+                                      {"spine_5", about_y(bend)}});
     const auto vertebrae = spine.vertebrae(joints);
     CHECK(rotation_angle(vertebrae[0].linear(), Eigen::Matrix3d::Identity()) < bend);
     CHECK(rotation_angle(vertebrae[16].linear(), joints[standard_skeleton().joint("spine_5")].linear()) < 1e-9);

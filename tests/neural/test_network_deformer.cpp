@@ -77,4 +77,10 @@ TEST_CASE("A method without its model, or with another template's, is an input e
     Template another = s.tube;
     another.file_sha256 = "another";
     CHECK_THROWS_AS(NetworkDeformer(BodyPoser(another), inputs), InputError);
+    // What it was trained on is kept, and bodies posed otherwise are refused.
+    NetworkOptions options = test::small_network();
+    options.posing.bone_wrap = BoneWrap::rigid;
+    s.model(options).save(inputs.model_path, Provenance{});
+    CHECK_THROWS_WITH(NetworkDeformer(BodyPoser(s.tube), inputs), Catch::Contains("bone-wrap rigid"));
+    CHECK_NOTHROW(NetworkDeformer(BodyPoser(s.tube, {BoneWrap::rigid}), inputs));
 }

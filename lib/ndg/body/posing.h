@@ -6,8 +6,8 @@
 
 namespace ndg {
 
-/// What moves the bone wrap, the Dirichlet values of every solve. lbs: linear blend skinning, as in the paper. rigid: the
-/// bones, each of which moves as a rigid body (bones/bone_motion.h).
+/// What moves the bone wrap, the Dirichlet values of every solve. lbs: linear blend skinning, as in the paper. rigid:
+/// the bones, each of which moves as a rigid body (bones/bone_motion.h).
 enum class BoneWrap { lbs, rigid };
 template <>
 inline constexpr EnumName<BoneWrap> enum_table<BoneWrap>[] = {{BoneWrap::lbs, "lbs"}, {BoneWrap::rigid, "rigid"}};

@@ -23,7 +23,8 @@ constexpr std::array<BodySide, 2> sides = {BodySide::left, BodySide::right};
 
 using Bone = BoneList::Bone;
 
-/// What it takes to fit a rigid motion to a bone's linear blend skinning: sums over its vertices x, of weight w to a joint.
+/// What it takes to fit a rigid motion to a bone's linear blend skinning: sums over its vertices x, of weight w to a
+/// joint.
 struct BlendSums {
     struct Joint {
         double weight = 0.0;
@@ -91,12 +92,17 @@ BoneList::BoneList(const Template& body_template)
     std::map<std::tuple<BoneKind, BodySide, int, int>, int> known;
     for (const AnatomyPart& part : body_template.anatomy_parts) {
         if (part.layer != AnatomyLayer::bone || part.vertex_begin == part.vertex_end) continue;
-        Bone bone{name_bone(part, body_template.skeleton), part.side, part.vertex_begin, part.vertex_end,
-                  part.triangle_begin, part.triangle_end, num_segments};
+        Bone bone{name_bone(part, body_template.skeleton),
+                  part.side,
+                  part.vertex_begin,
+                  part.vertex_end,
+                  part.triangle_begin,
+                  part.triangle_end,
+                  num_segments};
         if (bone.name.kind != BoneKind::unknown) {
             const BodySide side = bone.name.kind == BoneKind::joint ? BodySide::middle : bone.side;
-            bone.segment =
-                known.try_emplace({bone.name.kind, side, bone.name.number, bone.name.joint}, num_segments).first->second;
+            bone.segment = known.try_emplace({bone.name.kind, side, bone.name.number, bone.name.joint}, num_segments)
+                               .first->second;
         }
         if (bone.segment == num_segments) ++num_segments;
         bones.push_back(bone);
@@ -131,7 +137,8 @@ struct BoneMotion::Rules {
         int segment, rib_segment;
         Strut strut;
     };
-    /// Segments of a limb's bones, clavicle and scapula, radius and ulna or shank and patella, and the joints that lead.
+    /// Segments of a limb's bones, clavicle and scapula, radius and ulna or shank and patella, and the joints that
+    /// lead.
     template <typename Motion>
     struct Pair {
         int first_segment, second_segment, upper_joint, lower_joint;
@@ -217,7 +224,8 @@ void BoneMotion::Rules::add_thorax(const BoneList& list, const Eigen::Ref<const 
         if (bone.name.kind != BoneKind::rib) continue;
         const int vertebra = thoracic_vertebra(bone.name.number);
         const Bone* carrier = list.find(BoneKind::vertebra, BodySide::middle, vertebra);
-        const Eigen::Vector3d head = nearest_vertex(rows(rest, bone), rows(rest, *carrier).colwise().mean().transpose());
+        const Eigen::Vector3d head =
+            nearest_vertex(rows(rest, bone), rows(rest, *carrier).colwise().mean().transpose());
         const Strut strut{head, farthest_vertex(rows(rest, bone), head), sternum_share(bone.name.number)};
         ribs.push_back({bone.segment, vertebra, strut});
     }
@@ -240,7 +248,8 @@ void BoneMotion::Rules::add_limbs(const BoneList& list, const Template& body_tem
     const auto at = [&](int joint) -> Eigen::Vector3d { return body.joint_positions.row(joint).transpose(); };
     std::vector<const Bone*> upper_ribs;
     for (const Bone& bone : list.bones)
-        if (bone.name.kind == BoneKind::rib && bone.name.number >= 2 && bone.name.number <= 8) upper_ribs.push_back(&bone);
+        if (bone.name.kind == BoneKind::rib && bone.name.number >= 2 && bone.name.number <= 8)
+            upper_ribs.push_back(&bone);
     if (!upper_ribs.empty()) cage = std::make_unique<RibCage>(joined_rows(rest, upper_ribs));
     for (const BodySide side : sides) {
         const std::string prefix = side == BodySide::left ? "left_" : "right_";
@@ -250,8 +259,8 @@ void BoneMotion::Rules::add_limbs(const BoneList& list, const Template& body_tem
         const int upper_arm = joint("upper_arm"), forearm = joint("forearm"), hand = joint("hand");
         if (clavicle != nullptr && scapula != nullptr && cage != nullptr && sternum_segment >= 0) {
             shoulders.push_back({clavicle->segment, scapula->segment, joint("clavicle"), upper_arm,
-                                 ShoulderMotion(at(upper_arm), at(forearm), at(joint("clavicle")), rows(rest, *clavicle),
-                                                rows(rest, *scapula), *cage)});
+                                 ShoulderMotion(at(upper_arm), at(forearm), at(joint("clavicle")),
+                                                rows(rest, *clavicle), rows(rest, *scapula), *cage)});
         }
         const Bone* radius = list.find(BoneKind::radius, side);
         const Bone* ulna = list.find(BoneKind::ulna, side);
@@ -268,8 +277,8 @@ void BoneMotion::Rules::add_limbs(const BoneList& list, const Template& body_tem
             if (bone.name.kind == BoneKind::shank && bone.side == side) shank.push_back(&bone);
         if (femur != nullptr && patella != nullptr && !shank.empty()) {
             const Triangles triangles =
-                body_template.anatomy_triangles.middleRows(femur->triangle_begin,
-                                                           femur->triangle_end - femur->triangle_begin)
+                body_template.anatomy_triangles
+                    .middleRows(femur->triangle_begin, femur->triangle_end - femur->triangle_begin)
                     .array() -
                 femur->vertex_begin;
             knees.push_back({shank.front()->segment, patella->segment, joint("thigh"), joint("shin"),
@@ -309,8 +318,8 @@ BoneMotion::Rules::Rules(const BoneList& list, const Template& body_template, co
         if (bone.name.kind == BoneKind::joint)
             with_joints.push_back({bone.segment, bone.name.joint});
         else
-            fitted.push_back({bone.segment, BlendSums(rows(anatomy_rest, bone), body_template.anatomy_weights,
-                                                      bone.vertex_begin)});
+            fitted.push_back(
+                {bone.segment, BlendSums(rows(anatomy_rest, bone), body_template.anatomy_weights, bone.vertex_begin)});
     }
 }
 
@@ -330,13 +339,15 @@ std::vector<Eigen::Isometry3d> BoneMotion::segments(const std::vector<Eigen::Iso
     for (const auto& one : rules.fitted) motions[one.segment] = one.sums.fit(joints);
     if (rules.spine) {
         const auto vertebrae = rules.spine->vertebrae(joints);
-        for (int i = 0; i < num_vertebrae; ++i) motions[rules.vertebra_segments[std::size_t(i)]] = vertebrae[std::size_t(i)];
+        for (int i = 0; i < num_vertebrae; ++i)
+            motions[rules.vertebra_segments[std::size_t(i)]] = vertebrae[std::size_t(i)];
         for (const auto& disk : rules.disks) {
             const Eigen::Isometry3d& above = vertebrae[std::size_t(disk.number)];
             const Eigen::Isometry3d& below =
                 disk.number > 0 ? vertebrae[std::size_t(disk.number - 1)] : joints[standard_skeleton().joint("pelvis")];
             Eigen::Isometry3d& motion = motions[disk.segment];
-            motion.linear() = Eigen::Quaterniond(below.linear()).slerp(0.5, Eigen::Quaterniond(above.linear())).matrix();
+            motion.linear() =
+                Eigen::Quaterniond(below.linear()).slerp(0.5, Eigen::Quaterniond(above.linear())).matrix();
             motion.translation() = 0.5 * (below * disk.centre + above * disk.centre) - motion.linear() * disk.centre;
         }
         if (rules.sternum_segment >= 0) {

@@ -27,20 +27,20 @@ struct BoneList {
     const Bone* find(BoneKind kind, BodySide side, int number = -1) const;
 };
 
-/// Of one body. Vertebrae, ribs and sternum, shoulders, forearms and knees move as spine.h, thorax.h, limbs.h and knee.h
-/// say; other bones with their joint; bones that no rule knows, or for which a neighbour that the rule needs is missing,
-/// by the rigid motion that fits their linear blend skinning best (Kabsch 1976).
+/// Of one body. Vertebrae, ribs and sternum, shoulders, forearms and knees move as spine.h, thorax.h, limbs.h and
+/// knee.h say; other bones with their joint; bones that no rule knows, or for which a neighbour that the rule needs is
+/// missing, by the rigid motion that fits their linear blend skinning best (Kabsch 1976).
 class BoneMotion {
 public:
-    /// Keeps a reference to `list`. `anatomy_rest`: anatomy_at_rest of the body, N_a x 3. Throws Error where the template
-    /// has other anatomy.
+    /// Keeps a reference to `list`. `anatomy_rest`: anatomy_at_rest of the body, N_a x 3. Throws Error where the
+    /// template has other anatomy.
     BoneMotion(const BoneList& list, const Template& body_template, const Body& body,
                const Eigen::Ref<const Points>& anatomy_rest);
     ~BoneMotion();
     BoneMotion(BoneMotion&&) noexcept;
 
-    /// World_from_rest of every segment, at most micrometres from the identity for the joints of the rest pose. `joints`:
-    /// forward_kinematics of the body.
+    /// World_from_rest of every segment, at most micrometres from the identity for the joints of the rest pose.
+    /// `joints`: forward_kinematics of the body.
     std::vector<Eigen::Isometry3d> segments(const std::vector<Eigen::Isometry3d>& joints) const;
 
 private:

@@ -23,19 +23,19 @@ struct JointWord {
     bool paired;
 };
 constexpr std::array<JointWord, 38> joint_words = {{
-    {"sacrum", "pelvis", false},      {"coccyx", "pelvis", false},    {"hip", "pelvis", false},
-    {"skull", "head", false},         {"frontal", "head", false},     {"parietal", "head", false},
-    {"occipital", "head", false},     {"temporal", "head", false},    {"sphenoid", "head", false},
-    {"ethmoid", "head", false},       {"vomer", "head", false},       {"nasal", "head", false},
-    {"lacrimal", "head", false},      {"maxilla", "head", false},     {"palatine", "head", false},
-    {"zygomatic", "head", false},     {"mandible", "jaw", false},     {"hyoid", "neck_2", false},
-    {"humerus", "upper_arm", true},   {"scaphoid", "hand", true},     {"lunate", "hand", true},
-    {"triquetral", "hand", true},     {"pisiform", "hand", true},     {"trapezium", "hand", true},
-    {"trapezoid", "hand", true},      {"capitate", "hand", true},     {"hamate", "hand", true},
-    {"femur", "thigh", true},         {"calcaneus", "foot", true},    {"talus", "foot", true},
-    {"navicular", "foot", true},      {"cuboid", "foot", true},       {"cuneiform", "foot", true},
-    {"metatarsal", "foot", true},     {"sesamoid", "foot", true},     {"toe", "toes", true},
-    {"metacarpal", "hand", true},     {"concha", "head", false},
+    {"sacrum", "pelvis", false},    {"coccyx", "pelvis", false}, {"hip", "pelvis", false},
+    {"skull", "head", false},       {"frontal", "head", false},  {"parietal", "head", false},
+    {"occipital", "head", false},   {"temporal", "head", false}, {"sphenoid", "head", false},
+    {"ethmoid", "head", false},     {"vomer", "head", false},    {"nasal", "head", false},
+    {"lacrimal", "head", false},    {"maxilla", "head", false},  {"palatine", "head", false},
+    {"zygomatic", "head", false},   {"mandible", "jaw", false},  {"hyoid", "neck_2", false},
+    {"humerus", "upper_arm", true}, {"scaphoid", "hand", true},  {"lunate", "hand", true},
+    {"triquetral", "hand", true},   {"pisiform", "hand", true},  {"trapezium", "hand", true},
+    {"trapezoid", "hand", true},    {"capitate", "hand", true},  {"hamate", "hand", true},
+    {"femur", "thigh", true},       {"calcaneus", "foot", true}, {"talus", "foot", true},
+    {"navicular", "foot", true},    {"cuboid", "foot", true},    {"cuneiform", "foot", true},
+    {"metatarsal", "foot", true},   {"sesamoid", "foot", true},  {"toe", "toes", true},
+    {"metacarpal", "hand", true},   {"concha", "head", false},
 }};
 
 Words words_of(const std::string& name)

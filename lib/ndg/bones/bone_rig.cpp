@@ -24,9 +24,9 @@ BoneWeights wrap_weights_of(const BoneList& list, const Template& body_template)
 BoneRig::BoneRig(const Template& body_template)
     : list(body_template),
       wrap_weights(wrap_weights_of(list, body_template)),
-      interior_weights(near_bones(list, body_template, body_template.anatomy_vertices,
-                                  body_template.rest.interior_vertices)
-                           .weights),
+      interior_weights(
+          near_bones(list, body_template, body_template.anatomy_vertices, body_template.rest.interior_vertices)
+              .weights),
       probes(list, body_template, wrap_weights)
 {
 }

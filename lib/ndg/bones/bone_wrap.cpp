@@ -33,7 +33,8 @@ std::vector<SegmentSurface> segment_surfaces(const BoneList& list, const Templat
     }
     for (SegmentSurface& surface : surfaces) {
         Triangles triangles(Eigen::Index(surface.triangles.size()), 3);
-        for (std::size_t t = 0; t < surface.triangles.size(); ++t) triangles.row(Eigen::Index(t)) = surface.triangles[t];
+        for (std::size_t t = 0; t < surface.triangles.size(); ++t)
+            triangles.row(Eigen::Index(t)) = surface.triangles[t];
         surface.tree = std::make_unique<TriangleTree>(anatomy_rest, triangles);
     }
     return surfaces;
@@ -109,7 +110,7 @@ BoneWeights smoothed_weights(const BoneWeights& weights, const Eigen::Ref<const 
         }
         current = std::move(next);
     }
-    constexpr double least = 0.005;
+    constexpr double least = 0.02;
     BoneWeights result;
     result.begins.push_back(0);
     for (const auto& row : current) {

@@ -22,9 +22,9 @@ struct NearBones {
     Eigen::VectorXd distances;
     BoneWeights weights;
 };
-/// Bones at most `width` (m) plus once its distance farther than the nearest one have a part in a point, falling smoothly
-/// with their distance: what lies at one bone follows it rigidly, what lies between bones is shared. `anatomy_rest` N_a x 3,
-/// `points` N x 3, at rest. Throws Error where there are no bones.
+/// Bones at most `width` (m) plus once its distance farther than the nearest one have a part in a point, falling
+/// smoothly with their distance: what lies at one bone follows it rigidly, what lies between bones is shared.
+/// `anatomy_rest` N_a x 3, `points` N x 3, at rest. Throws Error where there are no bones.
 NearBones near_bones(const BoneList& list, const Template& body_template, const Eigen::Ref<const Points>& anatomy_rest,
                      const Eigen::Ref<const Points>& points, double width = 0.012);
 
@@ -33,7 +33,8 @@ NearBones near_bones(const BoneList& list, const Template& body_template, const 
 BoneWeights smoothed_weights(const BoneWeights& weights, const Eigen::Ref<const Points>& vertices,
                              const Eigen::Ref<const Triangles>& triangles, double spread = 0.020);
 
-/// Dual quaternion blending of rigid motions (Kavan et al. 2007), N x 3: no collapse where bones turn against each other.
+/// Dual quaternion blending of rigid motions (Kavan et al. 2007), N x 3: no collapse where bones turn against each
+/// other.
 Points dual_quaternion_blending(const Eigen::Ref<const Points>& rest, const BoneWeights& weights,
                                 const std::vector<Eigen::Isometry3d>& motions);
 

@@ -24,7 +24,8 @@ constexpr double folded_share = 0.3;   ///< of a bone in a probe, below which it
 
 Eigen::Vector3d place(const WrapProbes::Probe& probe, const Points& wrap)
 {
-    return ((wrap.row(probe.vertices[0]) + wrap.row(probe.vertices[1]) + wrap.row(probe.vertices[2])) / 3.0).transpose();
+    return ((wrap.row(probe.vertices[0]) + wrap.row(probe.vertices[1]) + wrap.row(probe.vertices[2])) / 3.0)
+        .transpose();
 }
 
 /// A point as seen from a triangle: height over its plane, barycentric coordinates of its foot.
@@ -176,7 +177,8 @@ BoneClearance::BoneClearance(const WrapProbes& probes, const BoneList& list, con
         rest_places_.row(Eigen::Index(p)) = at.transpose();
         for (int k = probe.begin; k < probe.end; ++k) {
             const ScalarGrid& grid = distances_[probes.segments[k]];
-            const Eigen::Vector3d last = grid.box.node(grid.box.size[0] - 1, grid.box.size[1] - 1, grid.box.size[2] - 1);
+            const Eigen::Vector3d last =
+                grid.box.node(grid.box.size[0] - 1, grid.box.size[1] - 1, grid.box.size[2] - 1);
             // Outside the grid no bone is nearer than its box, from which the grid stands off.
             const double outside = Eigen::AlignedBox3d(grid.box.origin, last).exteriorDistance(at);
             rest_distances_[k] = float(outside > 0.0 ? outside + 0.5 * grid_margin : grid.at(at));
@@ -189,7 +191,8 @@ BoneClearance::BoneClearance(const WrapProbes& probes, const BoneList& list, con
         peaks_.row(Eigen::Index(i)) = anatomy_rest.row(peak.anatomy_vertex);
         std::array<float, 4> heights;
         for (std::size_t k = 0; k < 4; ++k) {
-            const auto over = over_triangle(peaks_.row(Eigen::Index(i)), wrap, probes.wrap_triangles.row(peak.triangles[k]));
+            const auto over =
+                over_triangle(peaks_.row(Eigen::Index(i)), wrap, probes.wrap_triangles.row(peak.triangles[k]));
             heights[k] = float(std::max(-0.5 * margin, over.height));
             if (k == 0) peak_depths_.push_back(float(heights[k] - over.height));
         }
@@ -227,14 +230,16 @@ void BoneClearance::push_out(const Eigen::Ref<const Points>& rest_wrap, const st
         const Eigen::Vector3d at_rest = rest_from_world[s] * point;
         const Eigen::Vector3d in_grid = (at_rest - grid.box.origin) / grid.box.spacing;
         if ((in_grid.array() < 0.0).any() || (in_grid.array() > grid.box.size.cast<double>() - 1.0).any()) return false;
-        Eigen::Vector3d gradient;
-        const double missing = least_[k] - grid.at(at_rest, &gradient);
+        const double missing = least_[k] - grid.at(at_rest);
         if (missing <= 0.0) return missing > -watched;
+        Eigen::Vector3d gradient;
+        grid.at(at_rest, &gradient);
         const Eigen::Vector3d away = segments[s].linear() * gradient;
         for (const int v : probe.vertices) {
             const Eigen::RowVector3d normal = normals.of(v);
             const double slope = normal.dot(away);
-            // A bone that the vertex hardly belongs to and that comes from outside: a fold, where the wrap touches itself.
+            // A bone that the vertex hardly belongs to and that comes from outside: a fold, where the wrap touches
+            // itself.
             if (slope < 0.0 && probes_->shares[k] < folded_share) continue;
             push(v, std::min(missing / std::max(slope, least_slope), most) * normal);
         }
@@ -251,30 +256,44 @@ void BoneClearance::push_out(const Eigen::Ref<const Points>& rest_wrap, const st
             near = near || missing > -watched;
             if (missing <= 0.0 || over.barycentric.minCoeff() < -foot_slack) continue;
             const double share = std::min(missing, most) / over.barycentric.squaredNorm();
-            for (int c = 0; c < 3; ++c) push(triangle[c], std::clamp(over.barycentric[c], 0.0, 1.0) * share * over.normal);
+            for (int c = 0; c < 3; ++c)
+                push(triangle[c], std::clamp(over.barycentric[c], 0.0, 1.0) * share * over.normal);
         }
         return near;
     };
 
+    // The first look at all of them is the only long one; what it finds is taken in order.
+    std::vector<char> near_probes(probes_->segments.size(), 0), near_peaks(probes_->peaks.size(), 0);
+#pragma omp parallel
+    {
+#pragma omp for schedule(static) nowait
+        for (int p = 0; p < int(probes_->probes.size()); ++p) {
+            const WrapProbes::Probe& probe = probes_->probes[p];
+            const Eigen::Vector3d point = place(probe, bone_wrap), rest = rest_places_.row(p).transpose();
+            for (int k = probe.begin; k < probe.end; ++k)
+                near_probes[k] = rest_distances_[k] - least_[k] - watched <= way(probes_->segments[k], rest, point);
+        }
+#pragma omp for schedule(static)
+        for (int i = 0; i < int(probes_->peaks.size()); ++i) {
+            const WrapProbes::Peak& peak = probes_->peaks[i];
+            double farthest = 0.0;
+            for (int c = 0; c < 3; ++c) {
+                const int v = probes_->wrap_triangles(peak.triangles[0], c);
+                farthest =
+                    std::max(farthest, way(peak.segment, rest_wrap.row(v).transpose(), bone_wrap.row(v).transpose()));
+            }
+            near_peaks[i] = peak_depths_[i] < farthest;
+        }
+    }
     std::vector<std::pair<int, int>> meetings;  // probe and place of the segment
     std::vector<int> peaks;
     for (int p = 0; p < int(probes_->probes.size()); ++p) {
         const WrapProbes::Probe& probe = probes_->probes[p];
-        const Eigen::Vector3d point = place(probe, bone_wrap), rest = rest_places_.row(p).transpose();
-        for (int k = probe.begin; k < probe.end; ++k) {
-            if (rest_distances_[k] - least_[k] - watched > way(probes_->segments[k], rest, point)) continue;
-            if (meet(probe, k, point)) meetings.emplace_back(p, k);
-        }
+        for (int k = probe.begin; k < probe.end; ++k)
+            if (near_probes[k] != 0 && meet(probe, k, place(probe, bone_wrap))) meetings.emplace_back(p, k);
     }
-    for (int i = 0; i < int(probes_->peaks.size()); ++i) {
-        const WrapProbes::Peak& peak = probes_->peaks[i];
-        double farthest = 0.0;
-        for (int c = 0; c < 3; ++c) {
-            const int v = probes_->wrap_triangles(peak.triangles[0], c);
-            farthest = std::max(farthest, way(peak.segment, rest_wrap.row(v).transpose(), bone_wrap.row(v).transpose()));
-        }
-        if (peak_depths_[i] < farthest && rise(std::size_t(i))) peaks.push_back(i);
-    }
+    for (int i = 0; i < int(probes_->peaks.size()); ++i)
+        if (near_peaks[i] != 0 && rise(std::size_t(i))) peaks.push_back(i);
     for (int iteration = 1;; ++iteration) {
         // Neighbours go along a part of the way, so that no vertex stands out alone.
         const std::vector<int> sources = pushed;

@@ -15,7 +15,6 @@ struct WrapProbes {
     /// `bone_weights`: those of the wrap.
     WrapProbes(const BoneList& list, const Template& body_template, const BoneWeights& bone_weights);
 
-
     /// A place on the wrap, the mean of three vertices (one of them repeated, or those of a triangle), in which several
     /// segments have a part.
     struct Probe {
@@ -42,8 +41,8 @@ public:
     BoneClearance(const WrapProbes& probes, const BoneList& list, const Template& body_template,
                   const Eigen::Ref<const Points>& anatomy_rest, const Eigen::Ref<const Points>& bone_wrap);
 
-    /// Moves wrap vertices outwards, along the wrap's normals, from bones that came nearer than `margin`, or than at rest
-    /// where that was less. The rest wrap with bones at rest stays as it is.
+    /// Moves wrap vertices outwards, along the wrap's normals, from bones that came nearer than `margin`, or than at
+    /// rest where that was less. The rest wrap with bones at rest stays as it is.
     void push_out(const Eigen::Ref<const Points>& rest_wrap, const std::vector<Eigen::Isometry3d>& segments,
                   Points& bone_wrap) const;
 

@@ -13,10 +13,10 @@ namespace ndg {
 namespace {
 
 constexpr double degree = M_PI / 180.0;
-/// Lower pole of the kneecap in the femur every 10 degrees of flexion from 0: forward and up (mm), and the kneecap's turn
-/// (degrees). Walker et al. 1988 as in the model of Rajagopal et al. 2016 (Rajagopal2016.osim, patellofemoral joint). Its
-/// frame has the origin at the lower pole, 26.4 mm below and 1.8 mm behind the centre of mass, which at 0 degrees lies
-/// 50 mm in front of the knee's centre.
+/// Lower pole of the kneecap in the femur every 10 degrees of flexion from 0: forward and up (mm), and the kneecap's
+/// turn (degrees). Walker et al. 1988 as in the model of Rajagopal et al. 2016 (Rajagopal2016.osim, patellofemoral
+/// joint). Its frame has the origin at the lower pole, 26.4 mm below and 1.8 mm behind the centre of mass, which at 0
+/// degrees lies 50 mm in front of the knee's centre.
 struct PatellaPlace {
     double forward, up, turn;
 };
@@ -71,8 +71,8 @@ KneeMotion::KneeMotion(const Eigen::Vector3d& hip, const Eigen::Vector3d& knee,
     lateral_ = (Eigen::Vector3d::UnitX() - up_.x() * up_).normalized();
     forward_ = lateral_.cross(up_);
     scale_ = (patella_centre_ - knee_).norm() / model_distance;
-    femur_distance_ = signed_distance_grid(grid_around(near_points(femur_vertices, knee_, femur_reach), margin, spacing),
-                                           femur_vertices, femur_triangles);
+    femur_distance_ = signed_distance_grid(
+        grid_around(near_points(femur_vertices, knee_, femur_reach), margin, spacing), femur_vertices, femur_triangles);
     tibia_ = facing(near_points(tibia, knee_, tibia_reach));
     patella_ = facing(patella);
 }
@@ -97,7 +97,8 @@ double KneeMotion::shift(const Facing& bone, Eigen::Isometry3d femur_from_rest, 
     constexpr double most = 0.025;
     double total = 0.0;
     for (int i = 0; i < iterations; ++i) {
-        const double missing = std::clamp(total + bone.rest_gap - gap(bone.vertices, femur_from_rest), -most, most) - total;
+        const double missing =
+            std::clamp(total + bone.rest_gap - gap(bone.vertices, femur_from_rest), -most, most) - total;
         femur_from_rest.pretranslate(missing * away);
         total += missing;
     }
@@ -120,8 +121,7 @@ KneeMotion::Bones KneeMotion::bones(const Eigen::Isometry3d& thigh, const Eigen:
     Eigen::Isometry3d patella = Eigen::Isometry3d::Identity();
     patella.linear() = rotation_of(place.turn * lateral_);
     const Eigen::Vector3d pole = patella_centre_ - scale_ * (centre_forward * forward_ + centre_up * up_);
-    patella.translation() =
-        pole + scale_ * (place.forward * forward_ + place.up * up_) - patella.linear() * pole;
+    patella.translation() = pole + scale_ * (place.forward * forward_ + place.up * up_) - patella.linear() * pole;
     const Eigen::Vector3d away = patella.linear() * forward_;
     bones.patella = thigh * Eigen::Translation3d(shift(patella_, patella, away) * away) * patella;
     return bones;

@@ -7,8 +7,8 @@
 
 namespace ndg {
 
-/// Both bones keep the gap to the femur that they have at rest: along the path that the pose (tibia) or the model (kneecap)
-/// gives, they are shifted until the least distance of their vertices to the femur is that of rest.
+/// Both bones keep the gap to the femur that they have at rest: along the path that the pose (tibia) or the model
+/// (kneecap) gives, they are shifted until the least distance of their vertices to the femur is that of rest.
 class KneeMotion {
 public:
     /// `femur`: closed surface. `hip`, `knee`: joints of the skeleton.

@@ -67,7 +67,8 @@ RibCage::RibCage(const Eigen::Ref<const Points>& ribs)
 double RibCage::height(const Eigen::Vector3d& point, Eigen::Vector3d* gradient) const
 {
     // (q - 1) q / |grad q^2 / 2| with q = |x / a|: the distance along the gradient to first order.
-    const Eigen::Vector3d scaled = (point - centre_).cwiseQuotient(half_axes_), normal = scaled.cwiseQuotient(half_axes_);
+    const Eigen::Vector3d scaled = (point - centre_).cwiseQuotient(half_axes_),
+                          normal = scaled.cwiseQuotient(half_axes_);
     const double q = scaled.norm(), slope = normal.norm() / q;
     if (gradient != nullptr) *gradient = normal / normal.norm();
     return (q - 1.0) / slope;
@@ -94,7 +95,8 @@ ShoulderMotion::ShoulderMotion(const Eigen::Vector3d& joint, const Eigen::Vector
     const double side = joint.x() >= 0.0 ? 1.0 : -1.0;
     const Eigen::Vector3d out = side * Eigen::Vector3d::UnitX(), up = Eigen::Vector3d::UnitY();
     acromioclavicular_ = end_of(clavicle, out, 0.006);
-    const Eigen::Vector3d inferior = farthest(scapula, -up), superior = farthest(scapula, (up - 2.0 * out).normalized());
+    const Eigen::Vector3d inferior = farthest(scapula, -up),
+                          superior = farthest(scapula, (up - 2.0 * out).normalized());
     const Eigen::Vector3d root = farthest(scapula, -out);
     corners_ = {inferior, superior, root};
     for (const Eigen::Vector3d& corner : corners_) corner_heights_.push_back(cage.height(corner));

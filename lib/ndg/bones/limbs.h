@@ -9,7 +9,8 @@
 
 namespace ndg {
 
-/// Height of points over the rib cage, an ellipsoid with axes along the world's and its centre in the plane of symmetry.
+/// Height of points over the rib cage, an ellipsoid with axes along the world's and its centre in the plane of
+/// symmetry.
 class RibCage {
 public:
     /// Least-squares fit to points of ribs, N x 3. Throws Error where they are not those of such a form.
@@ -24,8 +25,8 @@ private:
 /// Clavicle and scapula of one side.
 class ShoulderMotion {
 public:
-    /// `joint`: the glenohumeral centre, `elbow` and `sternoclavicular` as the skeleton has them. `clavicle`, `scapula`:
-    /// vertices.
+    /// `joint`: the glenohumeral centre, `elbow` and `sternoclavicular` as the skeleton has them. `clavicle`,
+    /// `scapula`: vertices.
     ShoulderMotion(const Eigen::Vector3d& joint, const Eigen::Vector3d& elbow, const Eigen::Vector3d& sternoclavicular,
                    const Eigen::Ref<const Points>& clavicle, const Eigen::Ref<const Points>& scapula,
                    const RibCage& cage);

@@ -49,9 +49,9 @@ double nearest_place(const Points& line, const Eigen::VectorXd& places, const Ei
     return best;
 }
 
-/// Shares of one joint's turn about one axis: range times a hat between the neighbouring joints, times exp(tilt * s) with
-/// the tilt that puts the mean place at the joint (as near as the levels allow). Turning about the spine's own axis moves
-/// nothing along it and needs no tilt: half of the head's turn stays between axis and atlas.
+/// Shares of one joint's turn about one axis: range times a hat between the neighbouring joints, times exp(tilt * s)
+/// with the tilt that puts the mean place at the joint (as near as the levels allow). Turning about the spine's own
+/// axis moves nothing along it and needs no tilt: half of the head's turn stays between axis and atlas.
 Eigen::VectorXd balanced_shares(const Eigen::VectorXd& places, double before, double at, double after, int axis)
 {
     Eigen::VectorXd base(places.size());
@@ -90,7 +90,8 @@ SpineMotion::SpineMotion(const Eigen::Ref<const Points>& joint_positions, const 
                 joint_positions.rows() == skeleton.num_joints(),
             "the motion of a spine needs {} levels, {} vertebrae and {} joints, not {}, {} and {}", num_spine_levels,
             num_vertebrae, skeleton.num_joints(), levels.rows(), centres.rows(), joint_positions.rows());
-    for (const char* name : {"pelvis", "spine_1", "spine_2", "spine_3", "spine_4", "spine_5", "neck_1", "neck_2", "head"})
+    for (const char* name :
+         {"pelvis", "spine_1", "spine_2", "spine_3", "spine_4", "spine_5", "neck_1", "neck_2", "head"})
         joints_.push_back(skeleton.joint(name));
 
     const Eigen::VectorXd places = places_along(levels_);
@@ -146,7 +147,8 @@ std::array<Eigen::Isometry3d, num_vertebrae> SpineMotion::vertebrae(const std::v
     for (const Anchor& anchor : anchors_) {
         const bool top = anchor.vertebra == num_vertebrae;
         const Eigen::Vector3d point = (top ? levels_.row(num_vertebrae) : centres_.row(anchor.vertebra)).transpose();
-        left.push_back(joints[anchor.joint] * point - motions[std::size_t(top ? num_vertebrae - 1 : anchor.vertebra)] * point);
+        left.push_back(joints[anchor.joint] * point -
+                       motions[std::size_t(top ? num_vertebrae - 1 : anchor.vertebra)] * point);
     }
     for (int i = 0; i < num_vertebrae; ++i) {
         const double s = centre_places_[i];

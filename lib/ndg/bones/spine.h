@@ -13,14 +13,15 @@ namespace ndg {
 /// Levels from below: 0 is L5-S1, i lies below vertebra i, 24 is C0-C1 between atlas and skull.
 constexpr int num_spine_levels = num_vertebrae + 1;
 
-/// Of one body. Each joint of spine and neck gives its turn to the levels between the joints beside it, in proportion to
-/// how far these levels can bend, turn and lean, those of bending and leaning tilted so that they balance about the joint:
-/// vertebrae then stay where the skeleton has them. Between the levels the vertebrae form a chain, which is moved by what is left of the
-/// distance to the skeleton (spread along the chain). Above all shares the turn is the joint's, exactly.
+/// Of one body. Each joint of spine and neck gives its turn to the levels between the joints beside it, in proportion
+/// to how far these levels can bend, turn and lean, those of bending and leaning tilted so that they balance about the
+/// joint: vertebrae then stay where the skeleton has them. Between the levels the vertebrae form a chain, which is
+/// moved by what is left of the distance to the skeleton (spread along the chain). Above all shares the turn is the
+/// joint's, exactly.
 class SpineMotion {
 public:
-    /// `joint_positions`: J x 3 on the standard skeleton. `levels`: 25 x 3, where the vertebrae turn against each other.
-    /// `centres`: 24 x 3, of the vertebral bodies. All at rest.
+    /// `joint_positions`: J x 3 on the standard skeleton. `levels`: 25 x 3, where the vertebrae turn against each
+    /// other. `centres`: 24 x 3, of the vertebral bodies. All at rest.
     SpineMotion(const Eigen::Ref<const Points>& joint_positions, const Eigen::Ref<const Points>& levels,
                 const Eigen::Ref<const Points>& centres);
 
@@ -33,9 +34,9 @@ public:
 
 private:
     Points levels_, centres_;
-    std::vector<int> joints_;                                          ///< of the skeleton, pelvis first
-    std::vector<Eigen::Matrix<double, num_spine_levels, 3>> shares_;   ///< of joints_[k + 1]
-    std::vector<Eigen::Matrix<double, num_spine_levels, 3>> summed_;   ///< shares of all levels up to this one
+    std::vector<int> joints_;                                         ///< of the skeleton, pelvis first
+    std::vector<Eigen::Matrix<double, num_spine_levels, 3>> shares_;  ///< of joints_[k + 1]
+    std::vector<Eigen::Matrix<double, num_spine_levels, 3>> summed_;  ///< shares of all levels up to this one
     struct Anchor {
         double place;  ///< along the levels
         int vertebra;  ///< whose centre moves as joint `joint` says; num_vertebrae: the highest level

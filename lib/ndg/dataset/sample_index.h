@@ -49,8 +49,8 @@ bool operator<(const SampleKey& a, const SampleKey& b);
 std::string describe(const SampleKey& key);
 
 struct SampleIndex {
-    std::string method;     ///< "FEM", "NDG", "Gradient Skinning", "LBS"
-    PosingOptions posing;   ///< how the bodies were posed
+    std::string method;    ///< "FEM", "NDG", "Gradient Skinning", "LBS"
+    PosingOptions posing;  ///< how the bodies were posed
     std::vector<SamplePair> pairs;
     std::vector<std::string> pair_splits;  ///< split name of each sample
 

@@ -89,7 +89,8 @@ Points PosedBody::display_skin(const Eigen::Ref<const Points>& deformed_volume) 
 Points PosedBody::anatomy(const Eigen::Ref<const Points>& anatomy_rest,
                           const Eigen::Ref<const Points>& deformed_volume) const
 {
-    Points anatomy = deformed_anatomy(body_template(), anatomy_rest, deformed_volume, bone_interior(), world_from_rest_);
+    Points anatomy =
+        deformed_anatomy(body_template(), anatomy_rest, deformed_volume, bone_interior(), world_from_rest_);
     if (poser_->rigged_) {
         poser_->rigged_->attachments().hold(anatomy_rest, bone_segments_, anatomy);
         move_bones(poser_->rigged_->rig().list, anatomy_rest, bone_segments_, anatomy);

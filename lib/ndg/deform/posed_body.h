@@ -17,8 +17,8 @@ class RiggedBodies;
 /// Poses bodies of one template, whose skinning weights it holds.
 class BodyPoser {
 public:
-    /// Keeps a reference to `body_template`, which must outlive it. Throws InputError for rigid bones of a template that
-    /// has none.
+    /// Keeps a reference to `body_template`, which must outlive it. Throws InputError for rigid bones of a template
+    /// that has none.
     explicit BodyPoser(const Template& body_template, const PosingOptions& options = {});
 
     const Template& body_template() const { return *template_; }
@@ -40,8 +40,8 @@ private:
 };
 
 /// Joint motions, bone wrap and prism rotations are computed once and handed on to whatever deforms or shows the body;
-/// parts that not everybody needs are computed when asked for, the bone wrap when first asked for (by one thread). Keeps references to its poser and body, which must
-/// outlive it.
+/// parts that not everybody needs are computed when asked for, the bone wrap when first asked for (by one thread).
+/// Keeps references to its poser and body, which must outlive it.
 class PosedBody {
 public:
     const Template& body_template() const { return poser_->body_template(); }
@@ -52,8 +52,8 @@ public:
 
     /// Rigid motion of each joint's surroundings, J.
     const std::vector<Eigen::Isometry3d>& world_from_rest() const { return world_from_rest_; }
-    /// The bone wrap, N_w x 3: the Dirichlet values of every solve (NDG 3.2, 4.2). By linear blend skinning or following
-    /// rigid bones, as PosingOptions say.
+    /// The bone wrap, N_w x 3: the Dirichlet values of every solve (NDG 3.2, 4.2). By linear blend skinning or
+    /// following rigid bones, as PosingOptions say.
     const Points& bone_wrap() const;
     /// R_p of every prism (NDG equation 11), N_p.
     const std::vector<Eigen::Matrix3d>& prism_rotations() const { return prism_rotations_; }
