@@ -23,7 +23,10 @@ std::string_view bytes_of(const float* data, std::size_t count)
 TrainingSet::TrainingSet(const NeuralModel& model, const Template& body_template, const BodySet& bodies,
                          const PoseSet& poses, const std::vector<DeformationSet>& deformations,
                          const std::string& split, double cache_gigabytes)
-    : output_space_(&model.output_space()), poser_(body_template, model.options().posing), bodies_(&bodies), poses_(&poses)
+    : output_space_(&model.output_space()),
+      poser_(body_template, model.options().posing),
+      bodies_(&bodies),
+      poses_(&poses)
 {
     choose_samples(deformations, split);
     compute_features(model.input_space());
