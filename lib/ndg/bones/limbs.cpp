@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ndg/bones/limbs.h"
 
-#include "ndg/core/error.h"
 #include "ndg/geometry/rotation.h"
 
 #include <Eigen/Dense>
@@ -60,8 +59,14 @@ RibCage::RibCage(const Eigen::Ref<const Points>& ribs)
     const Eigen::Vector3d squares = solution.head<3>();
     centre_ = {0.0, -0.5 * solution[3] / squares[1], -0.5 * solution[4] / squares[2]};
     const double level = 1.0 + squares.dot(centre_.cwiseProduct(centre_));
-    require((squares.array() / level > 0.0).all(), "the ribs do not lie on an ellipsoid");
-    half_axes_ = (level / squares.array()).sqrt();
+    if ((squares.array() / level > 0.0).all()) {
+        half_axes_ = (level / squares.array()).sqrt();
+        return;
+    }
+    // Ribs of no such form, as of badly placed ones: the ellipsoid in their box.
+    const Eigen::Vector3d low = ribs.colwise().minCoeff(), high = ribs.colwise().maxCoeff();
+    centre_ = 0.5 * (low + high);
+    half_axes_ = 0.5 * (high - low);
 }
 
 double RibCage::height(const Eigen::Vector3d& point, Eigen::Vector3d* gradient) const

@@ -13,7 +13,7 @@ namespace ndg {
 /// symmetry.
 class RibCage {
 public:
-    /// Least-squares fit to points of ribs, N x 3. Throws Error where they are not those of such a form.
+    /// Least-squares fit to points of ribs, N x 3; the ellipsoid in their box where that is none.
     explicit RibCage(const Eigen::Ref<const Points>& ribs);
     /// Approximately in metres, exact to first order on the surface; negative inside.
     double height(const Eigen::Vector3d& point, Eigen::Vector3d* gradient = nullptr) const;
