@@ -39,6 +39,7 @@ int main(int argc, char** argv)
     std::string flag = "gradient-skinning", name;
     inputs.add_files(tool);
     inputs.add_samples(tool);
+    inputs.add_posing(tool);
     tool.output("output", outputs.deformations, "deformed samples");
     tool.output("anatomy", outputs.anatomy, "embedded anatomy of every sample", false);
     tool.listing("list-methods", fmt::format("{}", fmt::join(methods.flags(), "\n")), "the methods, one a line");
@@ -49,7 +50,7 @@ int main(int argc, char** argv)
         catch_interrupts();
         inputs.read();
         const DeformationMethod& method = methods.find(flag);
-        const std::unique_ptr<Deformer> deformer = method.make(inputs.body_template);
+        const std::unique_ptr<Deformer> deformer = method.make(BodyPoser(inputs.body_template, inputs.samples.posing));
         if (name.empty()) name = deformer->name();
         if (name.empty()) name = method.table_name;
         animate_samples(inputs, *deformer, name, outputs, tool.provenance());

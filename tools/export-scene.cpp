@@ -162,6 +162,7 @@ int main(int argc, char** argv)
     std::string template_path, bodies_path, poses_path, mesh_path, picture_path;
     std::vector<std::string> deformation_paths;
     Selection asked;
+    PosingOptions posing;
     std::string kind = "body", split = "test", colour = "plain", surface = "all";
     int count = 3, num_frames = 1;
     PictureSettings settings;
@@ -192,6 +193,7 @@ int main(int argc, char** argv)
     tool.parameter("plane", section.kind, "Plane of the sections, for --picture-kind section");
     tool.parameter("through", section.joint, "Joint the plane goes through; empty: pelvis, left_upper_arm or spine_4");
     tool.parameter("offset", section.offset, "Metres from there to the left, forward or up", -2.0, 2.0);
+    tool.options(posing);
     tool.parameter("view", settings.view, "Where the camera stands");
     tool.parameter("colour", colour, "Skin in plain colour or by volume change", {"plain", "volume"});
     tool.parameter("colour-range", settings.colour_range, "Volume change shown in full colour", 1e-3, 10.0);
@@ -220,7 +222,13 @@ int main(int argc, char** argv)
             for (const std::string& file : exported_files(mesh_path, num_frames))
                 require_input(tool.force() || !std::filesystem::exists(file),
                               "--mesh: {} exists already, give --force to overwrite it", file);
-        const BodyPoser poser(body_template);
+        for (std::size_t i = 0; i < files.size(); ++i) {
+            require_input(files[i].posing.bone_wrap == files[0].posing.bone_wrap,
+                          "{} and {} are of bodies posed in different ways (bone-wrap)", deformation_paths[0],
+                          deformation_paths[i]);
+            posing = files[0].posing;
+        }
+        const BodyPoser poser(body_template, posing);
         const Inputs inputs{poser, bodies, poses, files};
         if (!mesh_path.empty()) {
             MeshSequence sequence = mesh_sequence(asked, num_frames, surface, settings, inputs);

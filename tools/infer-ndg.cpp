@@ -20,12 +20,13 @@ int main(int argc, char** argv)
     network_inputs.add_to(tool, true);
     inputs.add_files(tool);
     inputs.add_samples(tool);
+    inputs.add_posing(tool);
     tool.output("output", output, "deformation gradients to write");
     tool.parameter("method", method, "name of the predictions in tables");
     return tool.run(argc, argv, [&] {
         catch_interrupts();
         inputs.read();
-        NetworkDeformer network(inputs.body_template, network_inputs);
+        NetworkDeformer network(BodyPoser(inputs.body_template, inputs.samples.posing), network_inputs);
         inputs.samples.method = method;
         const int num_prisms = inputs.body_template.num_prisms();
         GradientWriter writer(output, inputs.samples, num_prisms, tool.provenance());

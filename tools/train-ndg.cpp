@@ -55,6 +55,7 @@ int main(int argc, char** argv)
         for (const std::string& path : samples_paths)
             samples.push_back(open_deformations(path, body_template.num_volume_vertices()));
 
+        network.posing = samples.front().posing;
         NeuralModel model(network, shape_space, body_template, tool.seed(), device);
         const auto make_set = [&](const std::string& split) {
             return TrainingSet(model, body_template, inputs.bodies, inputs.poses, samples, split, cache_gigabytes);

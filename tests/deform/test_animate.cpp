@@ -82,13 +82,13 @@ TEST_CASE_METHOD(Scene, "Every sample of a file is what its method gives the pos
         INFO(flag);
         const DeformationMethod method = methods_without_options().find(flag);
         const std::string path = folder.file(flag + ".h5");
-        animate_samples(*this, *method.make(body_template), method.table_name, {path, ""}, Provenance{});
+        animate_samples(*this, *method.make(BodyPoser(body_template)), method.table_name, {path, ""}, Provenance{});
         const DeformationSet set = open_deformations(path, body_template.num_volume_vertices());
         REQUIRE(set.method == method.table_name);
         REQUIRE(set.pairs == samples.pairs);
         REQUIRE(set.pair_splits == samples.pair_splits);
         for (int i = 0; i < set.size(); ++i) {
-            const Points expected = method.make(body_template)->deform(posed(poser, samples.pairs[i]));
+            const Points expected = method.make(BodyPoser(body_template))->deform(posed(poser, samples.pairs[i]));
             CHECK(set.points(i).cast<float>() == expected.cast<float>());
         }
     }
@@ -106,11 +106,11 @@ TEST_CASE_METHOD(Scene, "Stored gradients give the vertices of Gradient Skinning
     REQUIRE(anatomy.size() == 3);
     REQUIRE(anatomy.triangles() == body_template.anatomy_triangles);
     const BodyPoser poser(body_template);
-    const auto skinning = methods_without_options().find("gradient-skinning").make(body_template);
+    const auto skinning = methods_without_options().find("gradient-skinning").make(BodyPoser(body_template));
     for (int i = 0; i < set.size(); ++i) {
         const PosedBody body = posed(poser, samples.pairs[i]);
         CHECK((set.points(i) - skinning->deform(body)).cwiseAbs().maxCoeff() < 1e-5);
-        const Points carried = apply_embedding(body_template.embedding, set.points(i), body.skinned_interior());
+        const Points carried = apply_embedding(body_template.embedding, set.points(i), body.bone_interior());
         const std::vector<float> stored = anatomy.read(i);
         const Eigen::Map<const PointsF> vertices(stored.data(), carried.rows(), 3);
         CHECK((vertices.cast<double>() - carried).cwiseAbs().maxCoeff() < 1e-5);
@@ -139,7 +139,7 @@ TEST_CASE_METHOD(Scene, "What does not fit together is an input error and leaves
 {
     const std::string path = folder.file("lbs.h5");
     samples.pairs[2] = {2, 0};
-    const auto lbs = methods_without_options().find("lbs").make(body_template);
+    const auto lbs = methods_without_options().find("lbs").make(BodyPoser(body_template));
     CHECK_THROWS_AS(animate_samples(*this, *lbs, "LBS", {path, ""}, Provenance{}), InputError);
     CHECK_FALSE(std::filesystem::exists(path));
     samples.pairs[2] = samples.pairs[1];
@@ -157,7 +157,8 @@ TEST_CASE_METHOD(Scene, "Rest data follow the body")
         CHECK(&rest.operators(body) == &operators);
         CHECK(operators.volume(3) == fresh.volume(3));
         CHECK(rest.anatomy(body) == anatomy_at_rest(body_template, body));
-        const PosedBody posed = BodyPoser(body_template).pose(body, poses.poses[1]);
+        const BodyPoser poser(body_template);
+        const PosedBody posed = poser.pose(body, poses.poses[1]);
         const PoissonReconstruction poisson(fresh, body_template.num_wrap_vertices());
         CHECK(gradient_skinning(posed, rest.poisson(body)) == gradient_skinning(posed, poisson));
     }
@@ -174,5 +175,5 @@ TEST_CASE("The table of methods holds every name once and knows what is missing"
     CHECK_THROWS_AS(register_lbs(table), Error);
     CHECK_THROWS_AS(table.add({"other", "", "no name in tables", {}, {}}), Error);
     const Template tube = test::tube_template(4, 5);
-    CHECK_THROWS_WITH(table.find("gradients").make(tube), Catch::Contains("--gradients"));
+    CHECK_THROWS_WITH(table.find("gradients").make(BodyPoser(tube)), Catch::Contains("--gradients"));
 }

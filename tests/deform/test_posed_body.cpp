@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ndg/deform/posed_body.h"
 
+#include "ndg/body/anatomy.h"
 #include "ndg/core/error.h"
 #include "ndg/deform/gradient_skinning.h"
 #include "support/support.h"
@@ -33,7 +34,7 @@ TEST_CASE("Gradient skinning and skinning at rest give the rest shape; under a r
     REQUIRE(largest_distance(gradient_skinning(at_rest, poisson), tube.rest.volume_vertices) < 1e-10);
     REQUIRE(largest_distance(at_rest.skinned_volume(), tube.rest.volume_vertices) < 1e-12);
     REQUIRE(largest_distance(at_rest.skinned_skin(), tube.rest.skin_vertices) < 1e-12);
-    REQUIRE(largest_distance(at_rest.skinned_interior(), tube.rest.interior_vertices) < 1e-12);
+    REQUIRE(largest_distance(at_rest.bone_interior(), tube.rest.interior_vertices) < 1e-12);
 
     pose.parent_from_joint[0] = Eigen::AngleAxisd(2, Eigen::Vector3d(1, 1, 3).normalized()).toRotationMatrix();
     pose.root_translation = Eigen::Vector3d(0.1, 0.2, 0.3);
@@ -84,4 +85,33 @@ TEST_CASE("A pose or body of another skeleton is refused")
     REQUIRE_THROWS_AS(poser.pose(body, pose), Error);
     pose.parent_from_joint.pop_back();
     REQUIRE_THROWS_AS(poser.pose(tube.rest, pose), Error);
+}
+
+TEST_CASE("Rigid bones stay rigid where linear blend skinning bends them, and the wrap follows them")
+{
+    const Template tube = test::tube_template();
+    const BodyPoser lbs(tube), rigid(tube, {BoneWrap::rigid});
+    CHECK(lbs.options().bone_wrap == BoneWrap::lbs);
+    const Points anatomy = anatomy_at_rest(tube, tube.rest);
+    const int num_bone = tube.anatomy_parts.front().vertex_end;
+    const auto lengths = [&](const Points& points) -> Eigen::VectorXd {
+        return (points.topRows(num_bone).rowwise() - points.row(0)).rowwise().norm();
+    };
+    const auto change = [&](const PosedBody& posed) {
+        return (lengths(posed.anatomy(anatomy, posed.skinned_volume())) - lengths(anatomy)).cwiseAbs().maxCoeff();
+    };
+    const Pose bent = test::tube_pose(1.2);
+    CHECK(change(lbs.pose(tube.rest, bent)) > 0.05);
+    const PosedBody posed = rigid.pose(tube.rest, bent);
+    CHECK(change(posed) < 1e-12);
+
+    const int num_wrap = tube.num_wrap_vertices();
+    CHECK(largest_distance(posed.skinned_volume().topRows(num_wrap), posed.bone_wrap()) == 0);
+    // One bone alone: wrap and interior move as one with it.
+    const Points rest_wrap = tube.rest.volume_vertices.topRows(num_wrap), wrap = posed.bone_wrap();
+    CHECK((wrap.row(5) - wrap.row(40)).norm() == Approx((rest_wrap.row(5) - rest_wrap.row(40)).norm()));
+    CHECK((wrap.row(5) - posed.bone_interior().row(0)).norm() ==
+          Approx((rest_wrap.row(5) - tube.rest.interior_vertices.row(0)).norm()));
+    const PosedBody at_rest = rigid.pose(tube.rest, Pose::rest(tube.skeleton.num_joints()));
+    CHECK(largest_distance(at_rest.bone_wrap(), rest_wrap) < 1e-12);
 }

@@ -35,7 +35,7 @@ TEST_CASE("An untrained network poses bodies as Gradient Skinning does")
     NetworkInputs inputs;
     inputs.model_path = folder.file("model.h5");
     s.model(test::small_network()).save(inputs.model_path, Provenance{});
-    NetworkDeformer network(s.tube, inputs);
+    NetworkDeformer network(BodyPoser(s.tube), inputs);
     const BodyPoser poser(s.tube);
     RestCache rest(s.tube);
     for (const PosedBody& posed : some_posed(s, poser)) {
@@ -50,7 +50,7 @@ TEST_CASE("Several bodies at once are what they are one by one, and what their g
     NetworkInputs inputs;
     inputs.model_path = folder.file("model.h5");
     test::moved_model(s, test::small_network()).save(inputs.model_path, Provenance{});
-    NetworkDeformer network(s.tube, inputs);
+    NetworkDeformer network(BodyPoser(s.tube), inputs);
     const BodyPoser poser(s.tube);
     const std::vector<PosedBody> posed = some_posed(s, poser);
     const std::vector<Points> vertices = network.deform_batch(posed);
@@ -69,12 +69,18 @@ TEST_CASE("A method without its model, or with another template's, is an input e
     MethodTable table;
     register_network_deformer(table);
     const test::Synthetic s = test::make_synthetic(4, 2);
-    CHECK_THROWS_WITH(table.find("ndg").make(s.tube), Catch::Contains("--model"));
+    CHECK_THROWS_WITH(table.find("ndg").make(BodyPoser(s.tube)), Catch::Contains("--model"));
     const test::TemporaryFolder folder;
     NetworkInputs inputs;
     inputs.model_path = folder.file("model.h5");
     s.model(test::small_network()).save(inputs.model_path, Provenance{});
     Template another = s.tube;
     another.file_sha256 = "another";
-    CHECK_THROWS_AS(NetworkDeformer(another, inputs), InputError);
+    CHECK_THROWS_AS(NetworkDeformer(BodyPoser(another), inputs), InputError);
+    // What it was trained on is kept, and bodies posed otherwise are refused.
+    NetworkOptions options = test::small_network();
+    options.posing.bone_wrap = BoneWrap::rigid;
+    s.model(options).save(inputs.model_path, Provenance{});
+    CHECK_THROWS_WITH(NetworkDeformer(BodyPoser(s.tube), inputs), Catch::Contains("bone-wrap rigid"));
+    CHECK_NOTHROW(NetworkDeformer(BodyPoser(s.tube, {BoneWrap::rigid}), inputs));
 }

@@ -6,7 +6,7 @@ import re
 import sys
 
 source = sys.argv[1]
-layers = ["core", "io", "solver", "geometry", "body", "dataset", "body_source", "placement", "measures", "scan", "registration", "procedural", "makehuman", "anatomical", "people",
+layers = ["core", "io", "solver", "geometry", "body", "bones", "dataset", "body_source", "placement", "measures", "scan", "registration", "procedural", "makehuman", "anatomical", "people",
           "wraps", "template_build", "layers", "motion", "retarget", "deform", "elastic", "simulation", "neural", "evaluate", "scene", "export"]
 # Headers that only sources of their own module include.
 internal = {"lib/ndg/io/h5_handles.h", "lib/ndg/geometry/cgal_mesh.h"} | {f"lib/ndg/neural/{n}.h" for n in (

@@ -13,7 +13,7 @@ TEST_CASE("The simulation as a method gives what the simulator gives, whichever 
     const test::SampleScene scene;
     MethodTable table;
     register_fem(table);
-    const auto fem = table.find("fem").make(scene.tube);
+    const auto fem = table.find("fem").make(BodyPoser(scene.tube));
     const BodyPoser poser(scene.tube);
     for (const int body_idx : {0, 1, 0}) {
         const Body& body = scene.bodies.bodies[body_idx];

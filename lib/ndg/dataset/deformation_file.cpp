@@ -73,7 +73,7 @@ void get_figures(const H5Reader& reader, DeformationSet& set)
     set.failures = get_failures(reader);
     const H5Listing listing = list_h5(reader.path());
     static const std::set<std::string> common = {"format", "format_version", "units",    "up_axis", "created_by",
-                                                 "config", "inputs",         "licences", "method"};
+                                                 "config", "inputs",         "licences", "method",  "bone_wrap"};
     for (const auto& [name, value] : listing.attributes) {
         if (common.count(name) == 0) set.attributes[name] = value;
     }

@@ -3,9 +3,10 @@
 //   /GROUP/pairs    n x 2 int32, body and (first) pose
 //   /GROUP/frames   n int32, poses of each sample; absent where every sample has one
 //   /GROUP/splits   n strings
-//   attribute method
+//   attributes method and bone_wrap
 #pragma once
 
+#include "ndg/body/posing.h"
 #include "ndg/core/types.h"
 
 #include <cstdint>
@@ -48,7 +49,8 @@ bool operator<(const SampleKey& a, const SampleKey& b);
 std::string describe(const SampleKey& key);
 
 struct SampleIndex {
-    std::string method;  ///< "FEM", "NDG", "Gradient Skinning", "LBS"
+    std::string method;    ///< "FEM", "NDG", "Gradient Skinning", "LBS"
+    PosingOptions posing;  ///< how the bodies were posed
     std::vector<SamplePair> pairs;
     std::vector<std::string> pair_splits;  ///< split name of each sample
 

@@ -27,6 +27,11 @@ void SampleInputs::add_samples(Tool& tool)
     tool.parameter("split", split, "whose pairs are taken; with --body, the split its samples are put in", split_names);
 }
 
+void SampleInputs::add_posing(Tool& tool)
+{
+    tool.options(samples.posing);
+}
+
 void SampleInputs::read()
 {
     body_template = read_template(template_path_);

@@ -24,6 +24,8 @@ public:
     void add_splits(Tool& tool);
     /// Samples of one split: the same and --split.
     void add_samples(Tool& tool);
+    /// How bodies are posed, into samples.posing.
+    void add_posing(Tool& tool);
     /// Inside Tool::run. Throws InputError naming the file or option that does not fit, or that gives no sample.
     void read();
 

@@ -179,6 +179,7 @@ DeformationSet merge_shards(const std::string& dataset, const Splits& splits, Pr
     const OpenShards shards = open_shards(dataset, splits);
     DeformationSet merged;
     merged.method = shards.sets.front().method;
+    merged.posing = shards.sets.front().posing;
     merged.num_volume_vertices = shards.sets.front().num_volume_vertices;
     merged.attributes = shards.sets.front().attributes;
     std::vector<VirtualSource> sources(shards.sets.size());

@@ -24,7 +24,7 @@ void for_each_posed_batch(
     std::iota(order.begin(), order.end(), 0);
     std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return pairs[a].body_idx < pairs[b].body_idx; });
 
-    const BodyPoser poser(inputs.body_template);
+    const BodyPoser poser(inputs.body_template, inputs.samples.posing);
     Progress progress(task, order.size());
     for (std::size_t begin = 0; begin < order.size(); begin += batch_size) {
         if (interrupt_requested()) throw Interrupted("stopped; nothing was written");

@@ -37,8 +37,9 @@ struct DeformationMethod {
     /// Adds what the method needs beside bodies and poses to a tool, none of it required; empty where it needs nothing.
     /// Methods that share options let the first of them add these.
     std::function<void(Tool&)> add_options;
-    /// Inside Tool::run. Keeps a reference to the template. Throws InputError naming an option that is missing.
-    std::function<std::unique_ptr<Deformer>(const Template&)> make;
+    /// Inside Tool::run; `poser` poses the bodies it will deform. Keeps a reference to the template. Throws InputError
+    /// naming an option that is missing or does not fit.
+    std::function<std::unique_ptr<Deformer>(const BodyPoser& poser)> make;
 };
 
 /// The methods a program knows, in the order of result tables.

@@ -29,7 +29,7 @@ void register_gradient_skinning(MethodTable& table)
                "Gradient Skinning",
                "every prism turned with the bones, then a Poisson solve",
                {},
-               [](const Template& body_template) { return std::make_unique<GradientSkinning>(body_template); }});
+               [](const BodyPoser& poser) { return std::make_unique<GradientSkinning>(poser.body_template()); }});
 }
 
 }  // namespace ndg

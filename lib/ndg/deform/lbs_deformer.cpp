@@ -15,7 +15,7 @@ public:
 void register_lbs(MethodTable& table)
 {
     table.add(
-        {"lbs", "LBS", "linear blend skinning", {}, [](const Template&) { return std::make_unique<LbsDeformer>(); }});
+        {"lbs", "LBS", "linear blend skinning", {}, [](const BodyPoser&) { return std::make_unique<LbsDeformer>(); }});
 }
 
 }  // namespace ndg

@@ -2,12 +2,15 @@
 #include "ndg/deform/posed_body.h"
 
 #include "ndg/body/anatomy.h"
+#include "ndg/bones/bone_rig.h"
 #include "ndg/core/error.h"
 
 namespace ndg {
 
-BodyPoser::BodyPoser(const Template& body_template)
+BodyPoser::BodyPoser(const Template& body_template, const PosingOptions& options)
     : template_(&body_template),
+      options_(options),
+      rigged_(options.bone_wrap == BoneWrap::rigid ? std::make_shared<const RiggedBodies>(body_template) : nullptr),
       bone_wrap_weights_(select_weights(body_template.skin_weights, body_template.wrap_to_skin)),
       volume_weights_(body_template.volume_weights()),
       prism_weights_(body_template.prism_weights())
@@ -31,19 +34,39 @@ PosedBody::PosedBody(const BodyPoser& poser, const Body& body, const Pose& pose,
       pose_(pose),
       pair_(pair),
       world_from_rest_(forward_kinematics(poser.template_->skeleton, body.joint_positions, pose)),
-      bone_wrap_(linear_blend_skinning(body.volume_vertices.topRows(poser.template_->num_wrap_vertices()),
-                                       poser.bone_wrap_weights_, world_from_rest_)),
       prism_rotations_(blend_rotations(poser.prism_weights_, world_from_rest_))
 {
 }
 
-Points PosedBody::skinned_volume() const
+const Points& PosedBody::bone_wrap() const
 {
-    return linear_blend_skinning(body_->volume_vertices, poser_->volume_weights_, world_from_rest_);
+    if (bone_wrap_.rows() > 0) return bone_wrap_;
+    const auto rest_wrap = body_->volume_vertices.topRows(poser_->template_->num_wrap_vertices());
+    if (poser_->rigged_) {
+        const std::shared_ptr<const BodyRig> rig = poser_->rigged_->of(*body_);
+        bone_segments_ = rig->motion.segments(world_from_rest_);
+        bone_wrap_ = dual_quaternion_blending(rest_wrap, poser_->rigged_->rig().wrap_weights, bone_segments_);
+        rig->clearance.push_out(rest_wrap, bone_segments_, bone_wrap_);
+    } else {
+        bone_wrap_ = linear_blend_skinning(rest_wrap, poser_->bone_wrap_weights_, world_from_rest_);
+    }
+    return bone_wrap_;
 }
 
-Points PosedBody::skinned_interior() const
+Points PosedBody::skinned_volume() const
 {
+    Points volume = linear_blend_skinning(body_->volume_vertices, poser_->volume_weights_, world_from_rest_);
+    volume.topRows(bone_wrap().rows()) = bone_wrap();
+    return volume;
+}
+
+Points PosedBody::bone_interior() const
+{
+    if (poser_->rigged_) {
+        bone_wrap();  // with it come the segments
+        return dual_quaternion_blending(body_->interior_vertices, poser_->rigged_->rig().interior_weights,
+                                        bone_segments_);
+    }
     return linear_blend_skinning(body_->interior_vertices, body_template().interior_weights, world_from_rest_);
 }
 
@@ -66,7 +89,13 @@ Points PosedBody::display_skin(const Eigen::Ref<const Points>& deformed_volume) 
 Points PosedBody::anatomy(const Eigen::Ref<const Points>& anatomy_rest,
                           const Eigen::Ref<const Points>& deformed_volume) const
 {
-    return deformed_anatomy(body_template(), anatomy_rest, deformed_volume, skinned_interior(), world_from_rest_);
+    Points anatomy =
+        deformed_anatomy(body_template(), anatomy_rest, deformed_volume, bone_interior(), world_from_rest_);
+    if (poser_->rigged_) {
+        poser_->rigged_->attachments().hold(anatomy_rest, bone_segments_, anatomy);
+        move_bones(poser_->rigged_->rig().list, anatomy_rest, bone_segments_, anatomy);
+    }
+    return anatomy;
 }
 
 }  // namespace ndg

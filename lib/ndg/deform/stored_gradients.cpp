@@ -30,9 +30,14 @@ void register_stored_gradients(MethodTable& table)
                [path](Tool& tool) {
                    tool.input("gradients", *path, "deformation gradients, for the method \"gradients\"", false);
                },
-               [path](const Template& body_template) {
+               [path](const BodyPoser& poser) {
                    require_input(!path->empty(), "the method \"gradients\" needs --gradients");
-                   return std::make_unique<StoredGradients>(body_template, *path);
+                   auto gradients = std::make_unique<StoredGradients>(poser.body_template(), *path);
+                   const BoneWrap stored = gradients->index().posing.bone_wrap;
+                   require_input(stored == poser.options().bone_wrap,
+                                 "{}: its gradients are of bone-wrap {}, the bodies are posed with {}", *path,
+                                 to_name(stored), to_name(poser.options().bone_wrap));
+                   return gradients;
                }});
 }
 

@@ -80,6 +80,9 @@ std::vector<MethodMetrics> evaluate_methods(const Template& body_template, const
     for (const NamedDeformations* file : files) {
         require_input(methods.insert(file->set.method).second, "{} holds method {}, which another file holds already",
                       file->path, file->set.method);
+        require_input(file->set.posing.bone_wrap == reference.set.posing.bone_wrap,
+                      "{}: its bodies are posed with bone-wrap {}, those of {} with {}", file->path,
+                      to_name(file->set.posing.bone_wrap), reference.path, to_name(reference.set.posing.bone_wrap));
         matched.push_back(match_samples(*file, pairs, split, body_template.num_volume_vertices()));
         MethodMetrics row;
         row.method = file->set.method;

@@ -85,6 +85,8 @@ public:
     std::vector<float> read_slice(const std::string& name, std::size_t index) const;
 
     std::string attribute(const std::string& name) const;
+    /// Whether there is a text attribute of that name.
+    bool has_attribute(const std::string& name) const;
     double attribute_double(const std::string& name) const;
 
 private:

@@ -233,6 +233,12 @@ std::string H5Reader::attribute(const std::string& name) const
     return value;
 }
 
+bool H5Reader::has_attribute(const std::string& name) const
+{
+    std::string value;
+    return h5::read_text_attribute(state_->file, state_->path, name, value);
+}
+
 double H5Reader::attribute_double(const std::string& name) const
 {
     h5::silence_errors();

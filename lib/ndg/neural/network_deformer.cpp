@@ -7,11 +7,15 @@ namespace ndg {
 
 namespace {
 
-NeuralModel load_model(const Template& body_template, const NetworkInputs& inputs)
+NeuralModel load_model(const BodyPoser& poser, const NetworkInputs& inputs)
 {
     require_input(!inputs.model_path.empty(), "a network needs --model");
     require_available(inputs.device);
-    return NeuralModel::load(inputs.model_path, body_template, inputs.device);
+    NeuralModel model = NeuralModel::load(inputs.model_path, poser.body_template(), inputs.device);
+    const BoneWrap learned = model.options().posing.bone_wrap, given = poser.options().bone_wrap;
+    require_input(learned == given, "{}: was trained on bodies posed with bone-wrap {}, these are posed with {}",
+                  inputs.model_path, to_name(learned), to_name(given));
+    return model;
 }
 
 }  // namespace
@@ -23,8 +27,8 @@ void NetworkInputs::add_to(Tool& tool, bool required)
     tool.parameter("device", device, "where the network runs");
 }
 
-NetworkDeformer::NetworkDeformer(const Template& body_template, const NetworkInputs& inputs)
-    : model_(load_model(body_template, inputs)), batch_size_(inputs.batch_size), rest_(body_template)
+NetworkDeformer::NetworkDeformer(const BodyPoser& poser, const NetworkInputs& inputs)
+    : model_(load_model(poser, inputs)), batch_size_(inputs.batch_size), rest_(poser.body_template())
 {
 }
 
@@ -62,9 +66,7 @@ void register_network_deformer(MethodTable& table)
     const auto inputs = std::make_shared<NetworkInputs>();
     table.add({"ndg", "NDG", "a trained network: deformation gradients, then a Poisson solve",
                [inputs](Tool& tool) { inputs->add_to(tool, false); },
-               [inputs](const Template& body_template) {
-                   return std::make_unique<NetworkDeformer>(body_template, *inputs);
-               }});
+               [inputs](const BodyPoser& poser) { return std::make_unique<NetworkDeformer>(poser, *inputs); }});
 }
 
 }  // namespace ndg

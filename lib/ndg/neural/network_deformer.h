@@ -25,9 +25,9 @@ struct NetworkInputs {
 
 class NetworkDeformer : public Deformer {
 public:
-    /// Keeps a reference to `body_template`. Throws InputError when there is no model or it was made for another
-    /// template.
-    NetworkDeformer(const Template& body_template, const NetworkInputs& inputs);
+    /// Keeps a reference to the poser's template. Throws InputError when there is no model, or when it was made for
+    /// another template or for bodies posed in another way.
+    NetworkDeformer(const BodyPoser& poser, const NetworkInputs& inputs);
 
     Points deform(const PosedBody& posed) override { return deform_batch({posed}).front(); }
     std::vector<Points> deform_batch(const std::vector<PosedBody>& posed) override;

@@ -29,6 +29,7 @@ void describe(OptionList& list, NetworkOptions& options)
     list.add("shape", options.shape, "let the network see the body's shape; without: ablation");
     list.add("output-basis", options.output_basis,
              "0: trained last layer; k: fixed basis of k principal components of the training residuals", 0, 1 << 16);
+    list.add("bone-wrap", options.posing.bone_wrap, "of the training samples").no_flag();
 }
 
 void describe(OptionList& list, TrainingOptions& options)

@@ -2,7 +2,7 @@
 // What can be chosen about the network and its training.
 #pragma once
 
-#include "ndg/core/options.h"
+#include "ndg/body/posing.h"
 
 #include <cstdint>
 #include <string>
@@ -43,6 +43,7 @@ struct NetworkOptions {
     /// k principal components of the training residuals' logarithms (output_basis.h); for small data sets. Only with
     /// the parametrisations exponential and direct.
     int output_basis = 0;
+    PosingOptions posing;  ///< of the training samples, which say it
 
     /// check_options, and what no range can say.
     void check() const;

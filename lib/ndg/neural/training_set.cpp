@@ -23,7 +23,10 @@ std::string_view bytes_of(const float* data, std::size_t count)
 TrainingSet::TrainingSet(const NeuralModel& model, const Template& body_template, const BodySet& bodies,
                          const PoseSet& poses, const std::vector<DeformationSet>& deformations,
                          const std::string& split, double cache_gigabytes)
-    : output_space_(&model.output_space()), poser_(body_template), bodies_(&bodies), poses_(&poses)
+    : output_space_(&model.output_space()),
+      poser_(body_template, model.options().posing),
+      bodies_(&bodies),
+      poses_(&poses)
 {
     choose_samples(deformations, split);
     compute_features(model.input_space());
@@ -38,6 +41,9 @@ void TrainingSet::choose_samples(const std::vector<DeformationSet>& deformations
         require_input(set.num_volume_vertices == num_vertices,
                       "the samples have {} volume vertices where the template has {}", set.num_volume_vertices,
                       num_vertices);
+        require_input(set.posing.bone_wrap == poser_.options().bone_wrap,
+                      "the samples are of bone-wrap {}, the model is made for {}", to_name(set.posing.bone_wrap),
+                      to_name(poser_.options().bone_wrap));
         const auto converged = set.statistics.find("converged");
         for (std::size_t i = 0; i < set.pairs.size(); ++i) {
             if (set.pair_splits[i] != split) continue;

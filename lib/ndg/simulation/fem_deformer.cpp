@@ -10,8 +10,8 @@ namespace {
 
 class FemDeformer : public Deformer {
 public:
-    FemDeformer(const Template& body_template, const SimulationOptions& options)
-        : simulator_(body_template, options), contact_(options.contact.contact)
+    FemDeformer(const BodyPoser& poser, const SimulationOptions& options)
+        : simulator_(poser, options), contact_(options.contact.contact)
     {
     }
 
@@ -37,15 +37,21 @@ private:
     const Body* body_ = nullptr;
 };
 
+/// Bodies come posed: how is not among the method's own options.
+struct SolveOptions : SimulationOptions {};
+void describe(OptionList& list, SolveOptions& options)
+{
+    describe_solve(list, options);
+}
+
 }  // namespace
 
 void register_fem(MethodTable& table)
 {
-    const auto options = std::make_shared<SimulationOptions>();
-    table.add(
-        {"fem", "FEM", "finite-element simulation of static equilibrium",
-         [options](Tool& tool) { tool.options(*options); },
-         [options](const Template& body_template) { return std::make_unique<FemDeformer>(body_template, *options); }});
+    const auto options = std::make_shared<SolveOptions>();
+    table.add({"fem", "FEM", "finite-element simulation of static equilibrium",
+               [options](Tool& tool) { tool.options(*options); },
+               [options](const BodyPoser& poser) { return std::make_unique<FemDeformer>(poser, *options); }});
 }
 
 }  // namespace ndg

@@ -20,6 +20,7 @@ Replay replay_sample(const Template& body_template, const BodySet& bodies, const
     const Body& body = bodies.bodies[pair.body_idx];
     const Pose& pose = poses.poses[pair.pose_idx];
     replay.body_name = body.name;
+    replay.posing = options.posing;
 
     const auto start_time = std::chrono::steady_clock::now();
     try {
@@ -74,6 +75,7 @@ void write_replay(const std::string& path, const Replay& replay, const Provenanc
             replay.task.sample_idx);
     DeformationSet set;
     set.method = "FEM replay";
+    set.posing = replay.posing;
     set.add(replay.task.pair, replay.task.split, replay.start);
     if (replay.failure.empty()) set.add(replay.task.pair, replay.task.split, replay.result.vertices);
     write_deformations(path, set, provenance);

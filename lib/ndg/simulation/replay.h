@@ -12,6 +12,7 @@ namespace ndg {
 struct Replay {
     SampleTask task;
     std::string body_name;
+    PosingOptions posing;
     Points start;             ///< N_v x 3, gradient skinning, where Newton's method starts; none where that fails too
     SimulationResult result;  ///< no vertices where the sample failed
     std::string failure;      ///< why there is no result; empty: there is one

@@ -47,8 +47,8 @@ SamplePart make_part(const SimulationResult& result, double seconds)
 /// The simulations of one thread, one after the other.
 class Worker {
 public:
-    Worker(const Template& body_template, const BodySet& bodies, const PoseSet& poses, const SimulationOptions& options)
-        : bodies_(bodies), poses_(poses), simulator_(body_template, options)
+    Worker(const BodyPoser& poser, const BodySet& bodies, const PoseSet& poses, const SimulationOptions& options)
+        : bodies_(bodies), poses_(poses), simulator_(poser, options)
     {
     }
 
@@ -156,8 +156,9 @@ DeformationSet simulate_samples(const Template& body_template, const BodySet& bo
     batch.task = "simulating";
     for (const SampleTask& task : ordered) batch.items.push_back(batch_item(task));
     batch.read = [&](const H5Reader& file) { read_sample(file, num_vertices); };
+    const BodyPoser poser(body_template, options.posing);
     batch.make_worker = [&] {
-        const auto worker = std::make_shared<Worker>(body_template, bodies, poses, options);
+        const auto worker = std::make_shared<Worker>(poser, bodies, poses, options);
         return [worker, &ordered, &options](int item_idx) -> PartWriter {
             const SamplePart part = worker->simulate(ordered[item_idx].pair);
             report_trouble(ordered[item_idx], part, options.contact.contact);
@@ -168,6 +169,7 @@ DeformationSet simulate_samples(const Template& body_template, const BodySet& bo
 
     DeformationSet head;
     head.method = "FEM";
+    head.posing = options.posing;
     head.num_volume_vertices = num_vertices;
     head.attributes = {{sample_key_attribute, key}, {"convergence_criterion", convergence_text(options)}};
     collect(tasks, store, head, output, provenance);

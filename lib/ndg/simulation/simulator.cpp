@@ -16,6 +16,12 @@ constexpr double step_relative_tolerance = 1e-3;
 
 void describe(OptionList& list, SimulationOptions& options)
 {
+    describe(list, options.posing);
+    describe_solve(list, options);
+}
+
+void describe_solve(OptionList& list, SimulationOptions& options)
+{
     describe(list, options.material);
     describe(list, options.contact);
     describe(list, options.newton);
@@ -34,14 +40,19 @@ Pose scale_pose(const Pose& pose, double share)
 }
 
 Simulator::Simulator(const Template& body_template, const SimulationOptions& options)
-    : poser_(body_template),
+    : Simulator(BodyPoser(body_template, options.posing), options)
+{
+}
+
+Simulator::Simulator(const BodyPoser& poser, const SimulationOptions& options)
+    : poser_(poser),
       options_((check_options(options), options)),
-      prisms_(body_template.prisms),
-      joint_flesh_(body_template),
-      elastic_(layered_body(body_template, options.material)),
+      prisms_(poser.body_template().prisms),
+      joint_flesh_(poser.body_template()),
+      elastic_(layered_body(poser.body_template(), options.material)),
       objective_(elastic_),
-      poisson_(RestOperators(body_template.prisms, body_template.rest.volume_vertices),
-               body_template.num_wrap_vertices()),
+      poisson_(RestOperators(prisms_, poser.body_template().rest.volume_vertices),
+               poser.body_template().num_wrap_vertices()),
       newton_(objective_),
       relaxation_(objective_)
 {

@@ -17,6 +17,7 @@
 namespace ndg {
 
 struct SimulationOptions {
+    PosingOptions posing;
     MaterialOptions material;
     ContactOptions contact;
     NewtonOptions newton;
@@ -24,6 +25,8 @@ struct SimulationOptions {
     int load_steps = 8;
 };
 void describe(OptionList& list, SimulationOptions& options);
+/// All but the posing, for those who get bodies posed already.
+void describe_solve(OptionList& list, SimulationOptions& options);
 
 struct SimulationResult {
     Points vertices;      ///< N_v x 3
@@ -42,6 +45,8 @@ class Simulator {
 public:
     /// Keeps a reference to `body_template`. Throws InputError for options out of range.
     Simulator(const Template& body_template, const SimulationOptions& options);
+    /// With a poser for all, in the place of options.posing: what it knows of the template is not made again.
+    Simulator(const BodyPoser& poser, const SimulationOptions& options);
     Simulator(const Simulator&) = delete;
     Simulator& operator=(const Simulator&) = delete;
 

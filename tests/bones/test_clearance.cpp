@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "ndg/bones/bone_rig.h"
+#include "support/support.h"
+
+#include <catch2/catch.hpp>
+
+using namespace ndg;
+
+TEST_CASE("The wrap at rest stays, and gives way outwards to a bone that comes through")
+{
+    const Template tube = test::tube_template(21, 16);
+    const BoneList one(tube);
+    // The same surface twice, as two segments that every vertex of the wrap belongs to.
+    BoneList two = one;
+    two.bones.push_back(two.bones.front());
+    two.bones.back().segment = 1;
+    two.num_segments = 2;
+    const Points wrap = tube.rest.volume_vertices.topRows(tube.num_wrap_vertices());
+    BoneWeights halves{{0}, {}, {}};
+    for (int v = 0; v < tube.num_wrap_vertices(); ++v) {
+        halves.segments.insert(halves.segments.end(), {0, 1});
+        halves.weights.insert(halves.weights.end(), {0.5, 0.5});
+        halves.begins.push_back(2 * (v + 1));
+    }
+    const WrapProbes probes(two, tube, halves);
+    const BoneClearance clearance(probes, two, tube, tube.anatomy_vertices, wrap);
+
+    std::vector<Eigen::Isometry3d> motions(2, Eigen::Isometry3d::Identity());
+    Points posed = wrap;
+    clearance.push_out(wrap, motions, posed);
+    CHECK((posed - wrap).cwiseAbs().maxCoeff() == 0);
+
+    // The second bone goes sideways until it stands out of the wrap by `out`.
+    const auto bone = tube.anatomy_vertices.topRows(tube.anatomy_parts.front().vertex_end);
+    const double bone_radius = bone.col(0).maxCoeff(), wrap_radius = wrap.col(0).maxCoeff();
+    const double out = 0.003;
+    motions[1].translation().x() = wrap_radius - bone_radius + out;
+    clearance.push_out(wrap, motions, posed);
+    const double height = 0.5 * (wrap.col(1).minCoeff() + wrap.col(1).maxCoeff());
+    double farthest = 0;
+    for (Eigen::Index v = 0; v < wrap.rows(); ++v) {
+        if (std::abs(wrap(v, 1) - height) < 0.1) farthest = std::max(farthest, posed(v, 0));
+        CHECK(posed(v, 0) >= wrap(v, 0) - 1e-9 - (wrap(v, 0) < 0 ? 0.02 : 0));  // outwards
+    }
+    CHECK(farthest > wrap_radius + out);
+    CHECK(farthest < wrap_radius + out + 0.02);
+}
