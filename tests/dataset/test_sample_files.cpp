@@ -155,7 +155,7 @@ TEST_CASE("Damaged deformations are refused")
 TEST_CASE("Gradients and anatomy go sample by sample, in any order")
 {
     const TemporaryFolder folder;
-    const SampleIndex index = {"NDG", {{0, 1}, {4, 0}}, {"test", "train"}};
+    const SampleIndex index = {"NDG", {}, {{0, 1}, {4, 0}}, {"test", "train"}};
     {
         GradientWriter writer(folder.file("gradients.h5"), index, 2, example_provenance());
         writer.write(1, counting(18, 50));
@@ -194,13 +194,13 @@ TEST_CASE("Gradients and anatomy go sample by sample, in any order")
         const GradientWriter unfinished(folder.file("unfinished.h5"), index, 2, example_provenance());
     }
     CHECK_FALSE(std::filesystem::exists(folder.file("unfinished.h5")));
-    CHECK_THROWS_AS(GradientWriter(folder.file("odd.h5"), {"NDG", {{0, 1}}, {"tset"}}, 2, {}), InputError);
+    CHECK_THROWS_AS(GradientWriter(folder.file("odd.h5"), {"NDG", {}, {{0, 1}}, {"tset"}}, 2, {}), InputError);
 }
 
 TEST_CASE("A sample may be a sequence of poses")
 {
     const TemporaryFolder folder;
-    const SampleIndex index = {"dynamic", {{0, 4}, {1, 2, 3}, {0, 9}}, {"train", "train", "test"}};
+    const SampleIndex index = {"dynamic", {}, {{0, 4}, {1, 2, 3}, {0, 9}}, {"train", "train", "test"}};
     {
         GradientWriter writer(folder.file("sequences.h5"), index, 1, example_provenance());
         for (int i : {2, 0}) writer.write(i, counting(9, 100.0F * i));

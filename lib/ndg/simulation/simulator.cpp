@@ -58,7 +58,7 @@ Simulator::Simulator(const BodyPoser& poser, const SimulationOptions& options)
 {
     // The objective above is that without contact.
     if (options_.contact.contact) {
-        contact_ = std::make_unique<ContactSolver>(body_template, elastic_, options_.contact);
+        contact_ = std::make_unique<ContactSolver>(poser.body_template(), elastic_, options_.contact);
     }
 }
 
