@@ -117,10 +117,11 @@ TEST_CASE("A mirrored body has every prism inverted")
 
 TEST_CASE("Means are arithmetic, figure by figure")
 {
-    const SampleMetrics mean = mean_metrics({{1, 2, 3, 4}, {3, 6, 0, 8}});
+    const SampleMetrics mean = mean_metrics({{1, 2, 3, 5, 4}, {3, 6, 0, 9, 8}});
     CHECK(mean.position_error_mm == 2);
     CHECK(mean.gradient_error == 4);
     CHECK(mean.inverted_prisms == 1.5);
+    CHECK(mean.corner_inverted_prisms == 7);
     CHECK(mean.volume_error == 6);
     CHECK_THROWS_AS(mean_metrics({}), Error);
 }

@@ -82,7 +82,7 @@ MethodMetrics row(const std::string& method, double value)
 {
     MethodMetrics result;
     result.method = method;
-    result.mean = {value, value, 0, value};
+    result.mean = {value, value, 0, 0, value};
     return result;
 }
 
@@ -192,14 +192,14 @@ TEST_CASE_METHOD(Fixture, "The JSON tables hold exactly the agreed keys")
 TEST_CASE_METHOD(Fixture, "Gradient and volume errors are reported in thousandths")
 {
     Report small = report();
-    small.rows[1].mean = {2.5, 0.0011, 9, 0.00375};
+    small.rows[1].mean = {2.5, 0.0011, 9, 11, 0.00375};
     const json figures = json::parse(tables_json(small))["table1"]["NDG"];
     CHECK(figures["E_pos_mm"] == 2.5);
     CHECK(figures["E_grad_e3"].get<double>() == Approx(1.1));
     CHECK(figures["E_inv"] == 9.0);
     CHECK(figures["E_vol_e3"].get<double>() == Approx(3.75));
     const std::string markdown = results_markdown(small);
-    CHECK_THAT(markdown, Catch::Contains("| NDG | 2.500 | 1.100 | 9.00 | 3.750 |"));
+    CHECK_THAT(markdown, Catch::Contains("| NDG | 2.500 | 1.100 | 9.00 | 11.00 | 3.750 |"));
     CHECK_THAT(markdown, Catch::Contains("| NDG | 3.19 | 1.11 | 9.22 | 3.75 |"));
     CHECK_THAT(markdown, Catch::Contains("as the paper prints it"));
 }

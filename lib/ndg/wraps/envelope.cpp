@@ -13,7 +13,7 @@ namespace ndg {
 namespace {
 
 /// Large structures take a coarser grid: their envelope is as smooth as the ball that rolls over them.
-constexpr double trunk_spacing_factor = 2.0, belly_spacing_factor = 3.0;
+constexpr double trunk_spacing_factor = 2.0, front_spacing_factor = 3.0;
 
 /// Joints of spine, pelvis and shoulder girdle.
 std::vector<int> trunk_joints()
@@ -103,7 +103,7 @@ WrapEnvelopes wrap_envelopes(const WrapSkin& skin, const std::vector<AnatomyMesh
         const TriangleMesh mesh = join_meshes(bones);
         envelopes.bone = closing_grid(box, mesh.vertices, mesh.triangles, options.bone_closing);
     }
-    ScalarGrid pocket, bridge, belly;
+    ScalarGrid pocket, bridge, belly, neck;
     if (!trunk.empty()) {
         const TriangleMesh mesh = join_meshes(trunk);
         const auto closing = [&](double radius, double spacing) {
@@ -112,9 +112,12 @@ WrapEnvelopes wrap_envelopes(const WrapSkin& skin, const std::vector<AnatomyMesh
         };
         pocket = closing(options.pocket_closing, trunk_spacing_factor * options.spacing);
         bridge = closing(options.trunk_closing, trunk_spacing_factor * options.spacing);
-        belly = closing(options.belly_closing, belly_spacing_factor * options.spacing);
+        belly = closing(options.belly_closing, front_spacing_factor * options.spacing);
+        neck = closing(options.neck_closing, front_spacing_factor * options.spacing);
     }
     const std::vector<Eigen::Vector2d> spine = spine_line(skin.joint_positions);
+    // Where breastbone and ribs fill the front themselves, both are the same.
+    const double breastbone = skin.joint_positions(standard_skeleton().joint("spine_5"), 1);
     {
         const TriangleMesh mesh = join_meshes(all);
         envelopes.muscle = closing_grid(box, mesh.vertices, mesh.triangles, options.muscle_closing);
@@ -128,7 +131,8 @@ WrapEnvelopes wrap_envelopes(const WrapSkin& skin, const std::vector<AnatomyMesh
                 double bone = envelopes.bone.values[n] - options.bone_dilation * options.spacing;
                 if (!trunk.empty()) {
                     const Eigen::Vector3d node = box.node(i, j, k);
-                    const double front = std::max(value_beyond(belly, node), spine_depth(spine, node.y()) - node.z());
+                    const double front = std::max(value_beyond(node.y() > breastbone ? neck : belly, node),
+                                                  spine_depth(spine, node.y()) - node.z());
                     const double bridged = std::min(value_beyond(bridge, node), front);
                     bone = std::min({bone, std::max(bridged, outside + options.trunk_depth),
                                      std::max(value_beyond(pocket, node), outside + options.pocket_depth)});

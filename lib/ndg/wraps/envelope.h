@@ -12,7 +12,8 @@ namespace ndg {
 struct EnvelopeOptions {
     double spacing = 0.0025;       ///< m, of the grid
     double bone_closing = 0.012;   ///< m, radius of the ball that rolls over all bones
-    double belly_closing = 0.11;   ///< m, over the same in front of the spine: bridges the belly
+    double neck_closing = 0.4;     ///< m, over the same in front of the spine, from the breastbone up
+    double belly_closing = 0.11;   ///< m, likewise below it: so far the bones' envelope dips towards the lumbar spine
     double trunk_closing = 0.08;   ///< m, over spine, ribs, pelvis and shoulder girdle: bridges ribs and pelvis
     double trunk_depth = 0.016;    ///< m under the skin: the envelopes of these larger balls come no nearer
     double pocket_closing = 0.03;  ///< m, over the same: fills what opens to the side, as behind a shoulder blade
