@@ -63,11 +63,12 @@ void add_pelvis(const MeasuredBones& body, MeasureTable& table)
     // Both grow with fat; the 67 adults stand for the mean body mass index of adults.
     const double flank = rib_side_depth(body.bmi) - rib_side_depth(mean_bmi),
                  back = spinous_depth(level_l5, body.bmi) - spinous_depth(level_l5, mean_bmi);
-    add_cover(
-        table,
+    // No gate: how it grows with fat is not published.
+    const Spread asis{0.0097 + flank, 0.0070};
+    table.add_compared(
         {"ASIS, depth", "foremost point of the hip bone's upper half, mean of both sides", MeasureUnit::millimetre,
          "9.7 +- 7.0, CT of 67 adults, Mantovani 2016, and growth with fat (bone_cover.h)"},
-        0.5 * (body.depth(p.left_asis) + body.depth(p.right_asis)), {0.0097 + flank, 0.0070});
+        0.5 * (body.depth(p.left_asis) + body.depth(p.right_asis)), asis, asis);
     add_cover(
         table,
         {"PSIS, depth", "rearmost point of the hip bone's upper half, mean of both sides", MeasureUnit::millimetre,
