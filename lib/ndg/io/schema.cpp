@@ -203,7 +203,7 @@ const std::vector<Schema>& schemas()
                      {"/body/joint_positions", "J x 3", "float64", optional},
                      {"/body/parameters", "1 x K", "float64", optional}})},
 
-        {"ndg-fit-part", 2,
+        {"ndg-fit-part", 3,
          part_items({{"/report", "1", "text", optional},
                      {"/skin_vertices", "N_s x 3", "float64", optional},
                      {"/joint_positions", "J x 3", "float64", optional},
