@@ -23,7 +23,7 @@ constexpr int polish_iterations = 6;
 /// Rounds of joints from the skin at rest, which needs the joints to be brought to rest.
 constexpr int joint_rounds = 3;
 /// Rounds of the likeliest shape, which needs the pose to be known, which needs the shape.
-constexpr int shape_rounds = 2;
+constexpr int shape_rounds = 3;
 /// Shapes of a shoulder smaller than this are the likeliest person's, m.
 constexpr double shoulder_wavelength = 0.3;
 
@@ -268,13 +268,15 @@ void BodyFitter::take_likeliest_shape(State& state) const
     for (const int v : rows) {
         if (is_closed_hand(v)) evidence[v] = 0.0;
     }
+    HemCover hems = {{}, std::vector<char>(rows.size(), 0)};
     for (int round = 0; round < shape_rounds; ++round) {
         const ArticulatedModel model(state.shape);
         state.parameters =
             fit_articulated_to_vertices(model, state.registered, evidence, state.parameters, polish_iterations);
         Points joints = model.rest_joints(state.parameters);
         const Points rest = to_rest(state, model.pose(state.parameters), joints);
-        ShapePrior::Explanation explanation = prior_.explain(rest, evidence);
+        if (round > 0) hems = find_hems(state.shape, model.posed_vertices(state.parameters), state.target);
+        ShapePrior::Explanation explanation = prior_.explain(rest, evidence, hems);
         // Heading, place and joints stay; the new shape has other proportions, and its root elsewhere.
         state.parameters.segment<3>(3) +=
             joints.row(0).transpose() - explanation.shape.joint_positions.row(0).transpose();

@@ -32,9 +32,9 @@ struct FitOptions {
     double max_segment_mean = 0.006;    ///< mean distance of these, m
     double max_taller = 0.06;           ///< height of the fit over the scan's, m: crown and soles may be missing
     double max_shorter = 0.05;          ///< and below it; 6 cm more with shoes or hair
-    double min_stature = 1.2, max_stature = 2.35;                      ///< m
-    double min_shoulder_breadth = 0.165, max_shoulder_breadth = 0.25;  ///< between the joints, share of the stature
-    double max_flipped = 0.001;                                        ///< share of the triangles
+    double min_stature = 1.2, max_stature = 2.35;                     ///< m
+    double min_shoulder_breadth = 0.15, max_shoulder_breadth = 0.26;  ///< between the joints, share of the stature
+    double max_flipped = 0.001;                                       ///< share of the triangles
 };
 void describe(OptionList& list, FitOptions& options);
 

@@ -10,7 +10,7 @@
 namespace ndg {
 namespace {
 
-constexpr int alignments_per_posture = 3, num_posed = 6, ranking_samples = 300;
+constexpr int num_alignments = 4, num_posed = 5, ranking_samples = 300;
 constexpr int trial_iterations = 10, trial_samples = 500;
 constexpr double trial_reach = 0.02;
 /// A placement is kept while its score is below this multiple of the best one's, and this much more, m.
@@ -43,19 +43,25 @@ std::vector<Placement> find_placements(const std::string& name, const ScanPoints
                                        const ArticulatedFitOptions& options, int count)
 {
     std::vector<Trial> trials;
-    const std::vector<Eigen::VectorXd> postures = {Eigen::VectorXd::Zero(model.num_parameters()),
-                                                   model.with_arms({0.15, -1.0, 0.0}), model.with_arms({1.0, 0.0, 0.0}),
-                                                   model.with_arms({0.7, 1.0, 0.0})};
-    for (const Eigen::VectorXd& posture : postures) {
+    // Raised arms make the template higher, the other postures do not.
+    const std::vector<std::vector<Eigen::VectorXd>> postures = {
+        {Eigen::VectorXd::Zero(model.num_parameters()), model.with_arms({0.15, -1.0, 0.0}),
+         model.with_arms({1.0, 0.0, 0.0})},
+        {model.with_arms({0.7, 1.0, 0.0})}};
+    for (const auto& alike : postures) {
         SkinnedSurface posed = model.skin();
-        posed.vertices = model.posed_vertices(posture);
-        for (InitialAlignment& alignment : align_initially(scan, posed, alignments_per_posture)) {
-            Eigen::VectorXd start = posture;
-            start[6] = std::log(alignment.template_scale);
-            start.segment<3>(3) = (alignment.template_scale - 1.0) * model.skin().joint_positions.row(0).transpose();
-            const double distance = two_way_distance(model.posed_vertices(start), model.skin().triangles,
-                                                     make_target(scan, alignment.template_from_file), ranking_samples);
-            trials.push_back({std::move(alignment), std::move(start), distance});
+        posed.vertices = model.posed_vertices(alike.front());
+        for (const InitialAlignment& alignment : align_initially(scan, posed, num_alignments)) {
+            const ScanTarget target = make_target(scan, alignment.template_from_file);
+            for (const Eigen::VectorXd& posture : alike) {
+                Eigen::VectorXd start = posture;
+                start[6] = std::log(alignment.template_scale);
+                start.segment<3>(3) =
+                    (alignment.template_scale - 1.0) * model.skin().joint_positions.row(0).transpose();
+                const double distance =
+                    two_way_distance(model.posed_vertices(start), model.skin().triangles, target, ranking_samples);
+                trials.push_back({alignment, std::move(start), distance});
+            }
         }
     }
     std::stable_sort(trials.begin(), trials.end(),

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <utility>
 
 namespace ndg {
@@ -22,8 +23,10 @@ constexpr double effective_rows = 600.0;
 /// Components with less than this share of the variance are noise.
 constexpr double least_variance = 1e-5;
 /// A group of segments is dressed if it lies this far outside in the mean, m, and this many standard deviations of
-/// what the rest of the body leaves open, to which a model error of `segment_deviation` (m) is added.
-constexpr double least_cover = 0.005, least_deviations = 3.5, segment_deviation = 0.0015;
+/// what bare skin does, to which `segment_deviation` (m) is added for errors of the registration.
+constexpr double least_cover = 0.005, least_deviations = 4.0, segment_deviation = 0.0015;
+/// Examples are explained by the others in this many folds.
+constexpr std::size_t num_folds = 4;
 /// Of a dressed segment, skin that lies farther outside than this is covered, m.
 constexpr double cover_limit = 0.003;
 constexpr int robust_rounds = 4;
@@ -67,45 +70,117 @@ struct ShapePrior::Evidence {
     double weight = 0.0;
 };
 
+namespace {
+
+/// Unknowns from the evidence of the segments that are not left out.
+template <typename Pairs, typename Flags>
+Eigen::VectorXd solve_unknowns(const Pairs& pairs, const Flags& left_out)
+{
+    const Eigen::Index size = pairs.front().vector.size();
+    Eigen::MatrixXd matrix = Eigen::MatrixXd::Identity(size, size);
+    matrix.bottomRightCorner<3, 3>() *= 1e-6;
+    Eigen::VectorXd vector = Eigen::VectorXd::Zero(size);
+    for (std::size_t p = 0; p < pairs.size(); ++p) {
+        if (left_out[p]) continue;
+        matrix += pairs[p].matrix;
+        vector += pairs[p].vector;
+    }
+    return Eigen::LDLT<Eigen::MatrixXd, Eigen::Lower>(matrix).solve(vector);
+}
+
+/// Mean distance of a garment's segments outside the person that all others tell of, those of `left_out` excepted; none
+/// where the scan shows none of it.
+template <typename Pairs, typename Flags>
+std::optional<double> garment_outside(const Pairs& pairs, const std::vector<SegmentPair>& garment, Flags left_out,
+                                      Eigen::VectorXd& unknowns)
+{
+    const Flags dressed = left_out;
+    for (const SegmentPair pair : garment) left_out[index(pair)] = true;
+    unknowns = solve_unknowns(pairs, left_out);
+    double outside = 0.0, weight = 0.0;
+    for (const SegmentPair pair : garment) {
+        const auto& e = pairs[index(pair)];
+        if (dressed[index(pair)]) continue;
+        outside += e.outside - e.along.dot(unknowns);
+        weight += e.weight;
+    }
+    if (!(weight > 0)) return std::nullopt;
+    return outside / weight;
+}
+
+}  // namespace
+
 ShapePrior::ShapePrior(const SkinnedSurface& skin, const std::vector<JointExample>& examples) : skin_(skin)
 {
-    if (examples.size() < 3) return;
+    if (examples.size() <= 2 * num_folds) return;
     for (const SkinSegment segment : skin_segments(skin.weights)) pairs_.push_back(pair_of(segment));
-    const Eigen::Index num_skin = skin.vertices.rows(), num_joints = skin.joint_positions.rows();
+    learn_deviations(examples);
+    components_ = find_components(examples);
+}
+
+ShapePrior::Components ShapePrior::find_components(const std::vector<JointExample>& examples)
+{
     const auto count = static_cast<Eigen::Index>(examples.size());
-    Eigen::MatrixXd all(3 * (num_skin + num_joints), count);
+    const Eigen::Index skin_size = examples.front().skin_vertices.size();
+    const Eigen::Index joint_size = examples.front().joint_positions.size();
+    Eigen::MatrixXd all(skin_size + joint_size, count);
     for (Eigen::Index e = 0; e < count; ++e) {
         const JointExample& example = examples[e];
         const Eigen::RowVector3d centre = example.skin_vertices.colwise().mean();
-        const Points centred_skin = example.skin_vertices.rowwise() - centre;
-        const Points centred_joints = example.joint_positions.rowwise() - centre;
-        all.col(e) << Eigen::Map<const Eigen::VectorXd>(centred_skin.data(), 3 * num_skin),
-            Eigen::Map<const Eigen::VectorXd>(centred_joints.data(), 3 * num_joints);
+        const Points skin = example.skin_vertices.rowwise() - centre;
+        const Points joints = example.joint_positions.rowwise() - centre;
+        all.col(e) << Eigen::Map<const Eigen::VectorXd>(skin.data(), skin_size),
+            Eigen::Map<const Eigen::VectorXd>(joints.data(), joint_size);
     }
-    mean_ = all.rowwise().mean();
-    all.colwise() -= mean_;
+    Components result;
+    result.mean = all.rowwise().mean();
+    all.colwise() -= result.mean;
     all /= std::sqrt(static_cast<double>(count - 1));
     const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(all.transpose() * all);
     const double total = solver.eigenvalues().sum();
     Eigen::Index kept = 0;
     while (kept < count - 1 && solver.eigenvalues()[count - 1 - kept] > least_variance * total) ++kept;
-    modes_ = all * solver.eigenvectors().rightCols(kept);
+    result.modes = all * solver.eigenvectors().rightCols(kept);
+    return result;
 }
 
-Points ShapePrior::positions(const Eigen::VectorXd& unknowns) const
+/// How far bare skin lies off what the rest of the body tells: examples explained by others.
+void ShapePrior::learn_deviations(const std::vector<JointExample>& examples)
 {
-    const Eigen::VectorXd flat = mean_ + modes_ * unknowns.head(modes_.cols());
+    deviations_.assign(garments().size(), 0.0);
+    for (std::size_t fold = 0; fold < num_folds; ++fold) {
+        std::vector<JointExample> others;
+        for (std::size_t e = 0; e < examples.size(); ++e) {
+            if (e % num_folds != fold) others.push_back(examples[e]);
+        }
+        const Components components = find_components(others);
+        for (std::size_t e = fold; e < examples.size(); e += num_folds) {
+            const Points& skin = examples[e].skin_vertices;
+            const PairEvidence pairs =
+                gather(components, skin, vertex_normals(skin, skin_.triangles), vertex_areas(skin, skin_.triangles));
+            Eigen::VectorXd unknowns;
+            for (std::size_t g = 0; g < garments().size(); ++g) {
+                const double outside = *garment_outside(pairs, garments()[g], PairFlags{}, unknowns);
+                deviations_[g] += outside * outside / static_cast<double>(examples.size());
+            }
+        }
+    }
+    for (double& deviation : deviations_) deviation = std::sqrt(deviation);
+}
+
+Points ShapePrior::Components::positions(const Eigen::VectorXd& unknowns) const
+{
+    const Eigen::VectorXd flat = mean + modes * unknowns.head(modes.cols());
     Points result = Eigen::Map<const Points>(flat.data(), flat.size() / 3, 3);
     result.rowwise() += unknowns.tail<3>().transpose();
     return result;
 }
 
-std::array<ShapePrior::Evidence, num_segment_pairs> ShapePrior::gather(const Eigen::Ref<const Points>& rest_skin,
-                                                                       const Points& normals,
-                                                                       const Eigen::VectorXd& weights) const
+ShapePrior::PairEvidence ShapePrior::gather(const Components& components, const Eigen::Ref<const Points>& rest_skin,
+                                            const Points& normals, const Eigen::VectorXd& weights) const
 {
-    const Eigen::Index size = modes_.cols() + 3;
-    std::array<Evidence, num_segment_pairs> result;
+    const Eigen::Index size = components.modes.cols() + 3;
+    PairEvidence result;
     for (Evidence& e : result) {
         e.matrix = Eigen::MatrixXd::Zero(size, size);
         e.vector = e.along = Eigen::VectorXd::Zero(size);
@@ -121,8 +196,8 @@ std::array<ShapePrior::Evidence, num_segment_pairs> ShapePrior::gather(const Eig
         Evidence& e = result[index(pairs_[v])];
         const double weight = scale * weights[v];
         const Eigen::Vector3d normal = normals.row(v).transpose();
-        derivative.leftCols(modes_.cols()) = modes_.middleRows<3>(3 * v);
-        const Eigen::Vector3d offset = rest_skin.row(v).transpose() - mean_.segment<3>(3 * v);
+        derivative.leftCols(components.modes.cols()) = components.modes.middleRows<3>(3 * v);
+        const Eigen::Vector3d offset = rest_skin.row(v).transpose() - components.mean.segment<3>(3 * v);
         const Eigen::VectorXd along = derivative.transpose() * normal;
         const double outside = normal.dot(offset);
         const double across = weight / (tangential_deviation * tangential_deviation);
@@ -137,79 +212,50 @@ std::array<ShapePrior::Evidence, num_segment_pairs> ShapePrior::gather(const Eig
     return result;
 }
 
-ShapePrior::Explanation ShapePrior::explain(const Eigen::Ref<const Points>& rest_skin,
-                                            const Eigen::VectorXd& evidence) const
+ShapePrior::Explanation ShapePrior::explain(const Eigen::Ref<const Points>& rest_skin, const Eigen::VectorXd& evidence,
+                                            const HemCover& hems) const
 {
     const Points normals = vertex_normals(rest_skin, skin_.triangles);
-    const Eigen::Index num_skin = rest_skin.rows(), size = modes_.cols() + 3;
-    const auto solve = [&](const std::array<Evidence, num_segment_pairs>& pairs,
-                           const std::array<bool, num_segment_pairs>& left_out, Eigen::VectorXd& unknowns) {
-        Eigen::MatrixXd matrix = Eigen::MatrixXd::Identity(size, size);
-        matrix.bottomRightCorner<3, 3>() *= 1e-6;
-        Eigen::VectorXd vector = Eigen::VectorXd::Zero(size);
-        for (std::size_t p = 0; p < pairs.size(); ++p) {
-            if (left_out[p]) continue;
-            matrix += pairs[p].matrix;
-            vector += pairs[p].vector;
-        }
-        Eigen::LDLT<Eigen::MatrixXd, Eigen::Lower> factor(matrix);
-        unknowns = factor.solve(vector);
-        return factor;
-    };
-
+    const Eigen::Index num_skin = rest_skin.rows();
     Explanation result;
-    const auto pairs = gather(rest_skin, normals, evidence);
+    result.dressed = hems.dressed;
+    const PairEvidence pairs = gather(components_, rest_skin, normals, evidence);
     Eigen::VectorXd unknowns;
     // The garment that stands out most, then the next one beside it.
     for (bool found = true; found;) {
-        found = false;
         double most = least_deviations;
-        std::array<bool, num_segment_pairs> best = result.dressed;
-        for (const std::vector<SegmentPair>& garment : garments()) {
-            std::array<bool, num_segment_pairs> left_out = result.dressed;
-            for (const SegmentPair pair : garment) left_out[index(pair)] = true;
-            const auto factor = solve(pairs, left_out, unknowns);
-            Eigen::VectorXd along = Eigen::VectorXd::Zero(size);
-            double outside = 0.0, weight = 0.0;
-            for (const SegmentPair pair : garment) {
-                const Evidence& e = pairs[index(pair)];
-                if (result.dressed[index(pair)]) continue;
-                along += e.along;
-                outside += e.outside - e.along.dot(unknowns);
-                weight += e.weight;
-            }
-            if (!(weight > 0)) continue;
-            outside /= weight;
-            along /= weight;
-            const double variance = along.dot(factor.solve(along)) + segment_deviation * segment_deviation;
-            const double deviations = outside / std::sqrt(variance);
-            if (outside < least_cover || deviations <= most) continue;
+        PairFlags best = result.dressed;
+        for (std::size_t g = 0; g < garments().size(); ++g) {
+            const auto outside = garment_outside(pairs, garments()[g], result.dressed, unknowns);
+            if (getenv("NDG_DBG"))
+                fprintf(stderr, "garment %zu outside %.1f dev %.1f\n", g, 1e3 * outside.value_or(0),
+                        1e3 * deviations_[g]);
+            const double deviations = outside.value_or(0.0) / std::hypot(deviations_[g], segment_deviation);
+            if (!outside || *outside < least_cover || deviations <= most) continue;
             most = deviations;
-            found = true;
             best = result.dressed;
-            for (const SegmentPair pair : garment) {
+            for (const SegmentPair pair : garments()[g]) {
                 const Evidence& e = pairs[index(pair)];
                 best[index(pair)] |= e.weight > 0 && e.outside - e.along.dot(unknowns) > 0.5 * least_cover * e.weight;
             }
         }
-        found = found && best != result.dressed;
-        if (found) result.dressed = best;
+        found = best != result.dressed;
+        result.dressed = best;
     }
 
     // Skin that shows beside the clothes counts.
-    solve(pairs, result.dressed, unknowns);
-    Points shape = positions(unknowns);
-    const std::array<bool, num_segment_pairs> none{};
-    const bool any = result.dressed != none;
+    unknowns = solve_unknowns(pairs, result.dressed);
+    Points shape = components_.positions(unknowns);
+    const bool any = result.dressed != PairFlags{};
     for (int round = 0; any && round < robust_rounds; ++round) {
         Eigen::VectorXd weights = evidence;
         for (Eigen::Index v = 0; v < num_skin; ++v) {
             if (!result.dressed[index(pairs_[v])]) continue;
             const double outside = normals.row(v).dot(rest_skin.row(v) - shape.row(v));
-            weights[v] *= pairs_[v] == SegmentPair::feet ? 0.0 : geman_mcclure(outside, cover_limit);
+            const bool hidden = pairs_[v] == SegmentPair::feet || hems.covered[v];
+            weights[v] *= hidden ? 0.0 : geman_mcclure(outside, cover_limit);
         }
-        solve(gather(rest_skin, normals, weights), none, unknowns);
-        shape = positions(unknowns);
+        shape = components_.positions(solve_unknowns(gather(components_, rest_skin, normals, weights), PairFlags{}));
     }
     result.shape = skin_;
     result.shape.vertices = shape.topRows(num_skin);
@@ -217,8 +263,8 @@ ShapePrior::Explanation ShapePrior::explain(const Eigen::Ref<const Points>& rest
     result.outside = (normals.cwiseProduct(rest_skin - result.shape.vertices)).rowwise().sum();
     result.covered.assign(num_skin, 0);
     for (Eigen::Index v = 0; v < num_skin; ++v) {
-        result.covered[v] =
-            result.dressed[index(pairs_[v])] && (pairs_[v] == SegmentPair::feet || result.outside[v] > cover_limit);
+        result.covered[v] = result.dressed[index(pairs_[v])] &&
+                            (pairs_[v] == SegmentPair::feet || hems.covered[v] || result.outside[v] > cover_limit);
     }
     return result;
 }

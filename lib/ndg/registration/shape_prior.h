@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "ndg/registration/hems.h"
 #include "ndg/registration/rest_pose.h"
 #include "ndg/registration/skin_segments.h"
 #include "ndg/scan/skin_places.h"
@@ -16,7 +17,7 @@ class ShapePrior {
 public:
     /// `skin`: the template; `examples`: skins in its tessellation and pose, may be empty.
     ShapePrior(const SkinnedSurface& skin, const std::vector<JointExample>& examples);
-    bool empty() const { return modes_.cols() == 0; }
+    bool empty() const { return components_.modes.cols() == 0; }
 
     struct Explanation {
         SkinnedSurface shape;  ///< the likeliest person, in the place of the skin given
@@ -28,19 +29,30 @@ public:
     };
     /// `rest_skin`: a registered skin at rest, N x 3; `evidence`: N, area where the scan shows it, else 0. Distances
     /// count along the skin's normals, and little across them. A group of segments is dressed if the person that the
-    /// other segments tell of leaves it too far outside, beyond what people differ by.
-    Explanation explain(const Eigen::Ref<const Points>& rest_skin, const Eigen::VectorXd& evidence) const;
+    /// other segments tell of leaves it too far outside, beyond what people differ by; `hems`: what is known to be
+    /// dressed.
+    Explanation explain(const Eigen::Ref<const Points>& rest_skin, const Eigen::VectorXd& evidence,
+                        const HemCover& hems) const;
 
 private:
+    struct Components {
+        Eigen::VectorXd mean;   ///< 3 (N + J): skin, then joints, centred at the skin's mean
+        Eigen::MatrixXd modes;  ///< of length one standard deviation each
+        /// Of unknowns: coefficients of the modes, then a translation.
+        Points positions(const Eigen::VectorXd& unknowns) const;
+    };
     struct Evidence;
-    std::array<Evidence, num_segment_pairs> gather(const Eigen::Ref<const Points>& rest_skin, const Points& normals,
-                                                   const Eigen::VectorXd& weights) const;
-    Points positions(const Eigen::VectorXd& coefficients) const;
+    using PairEvidence = std::array<Evidence, num_segment_pairs>;
+    using PairFlags = std::array<bool, num_segment_pairs>;
+    static Components find_components(const std::vector<JointExample>& examples);
+    PairEvidence gather(const Components& components, const Eigen::Ref<const Points>& rest_skin, const Points& normals,
+                        const Eigen::VectorXd& weights) const;
+    void learn_deviations(const std::vector<JointExample>& examples);
 
     SkinnedSurface skin_;
     std::vector<SegmentPair> pairs_;  ///< of each vertex
-    Eigen::VectorXd mean_;            ///< 3 (N + J): skin, then joints, centred at the skin's mean
-    Eigen::MatrixXd modes_;           ///< of length one standard deviation each
+    Components components_;
+    std::vector<double> deviations_;  ///< of each garment: of bare skin there from what the rest of the body tells, m
 };
 
 }  // namespace ndg

@@ -190,11 +190,16 @@ void cut_into_pieces(const SkinnedSurface& rest, const Eigen::Ref<const Points>&
     for (Eigen::Index v = 0; v < vertices.rows(); ++v) {
         labels[v] = label_of_vertex[tree.nearest(vertices.row(v).transpose()).idx];
     }
+    // What lies between two shells is in neither.
     const Triangles given = triangles;
-    split_by([&](Eigen::Index t) { return labels[given(t, 0)]; }, vertices, triangles);
+    const auto label = [&](Eigen::Index t) {
+        const int a = labels[given(t, 0)];
+        return a == labels[given(t, 1)] && a == labels[given(t, 2)] ? a : -1;
+    };
+    split_by(label, vertices, triangles);
     // The shells of the arms come first.
     Eigen::Index num_arm_triangles = 0;
-    for (Eigen::Index t = 0; t < given.rows(); ++t) num_arm_triangles += labels[given(t, 0)] < 2;
+    for (Eigen::Index t = 0; t < given.rows(); ++t) num_arm_triangles += label(t) == 0 || label(t) == 1;
     triangles.topRows(num_arm_triangles).col(1).swap(triangles.topRows(num_arm_triangles).col(2));
 }
 
