@@ -73,7 +73,9 @@ void add_matches(const std::vector<PlaneMatch>& matches, std::size_t sampled, co
     Eigen::VectorXd residuals(jacobian.rows());
     for (Eigen::Index i = 0; i < jacobian.rows(); ++i) {
         const PlaneMatch& match = matches[i];
-        const double confident = confidence.size() > 0 ? confidence[match.vertex] : 1.0;
+        // Under clothes there is room, but no skin is outside them.
+        const bool doubted = confidence.size() > 0 && match.residual < 0;
+        const double confident = doubted ? confidence[match.vertex] : 1.0;
         const double weight = scale * std::sqrt(confident * geman_mcclure(match.residual, reach)) / deviation;
         const Eigen::Index row = 3 * row_of(rows, match.vertex);
         jacobian.row(i) = weight * match.normal.transpose() * vertex_jacobian.middleRows(row, 3);

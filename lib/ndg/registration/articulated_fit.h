@@ -67,7 +67,7 @@ void describe(OptionList& list, ArticulatedFitOptions& options);
 /// Pose and proportions that bring the model to the scan, from `start`: Gauss-Newton on point-to-plane distances both
 /// ways with Geman-McClure weights whose reach shrinks, plus the model's prior, which is relaxed. `score` receives the
 /// mean of the distances both ways, cut off at 5 cm, of unmatched points 5 cm. `confidence`: N, how much the matches of
-/// a vertex count; empty: one.
+/// a vertex count that lies inside the scan; empty: one.
 Eigen::VectorXd fit_articulated(const ArticulatedModel& model, const ScanTarget& scan, const Eigen::VectorXd& start,
                                 const std::vector<LandmarkTarget>& landmarks, const ArticulatedFitOptions& options,
                                 double* score = nullptr, const Eigen::VectorXd& confidence = {});

@@ -275,7 +275,7 @@ void BodyFitter::take_likeliest_shape(State& state) const
             fit_articulated_to_vertices(model, state.registered, evidence, state.parameters, polish_iterations);
         Points joints = model.rest_joints(state.parameters);
         const Points rest = to_rest(state, model.pose(state.parameters), joints);
-        if (round > 0) hems = find_hems(state.shape, model.posed_vertices(state.parameters), state.target);
+        if (round == 1) hems = find_hems(state.shape, model.posed_vertices(state.parameters), state.target);
         ShapePrior::Explanation explanation = prior_.explain(rest, evidence, hems);
         // Heading, place and joints stay; the new shape has other proportions, and its root elsewhere.
         state.parameters.segment<3>(3) +=

@@ -16,7 +16,7 @@ constexpr int num_sectors = 8, min_sectors = 6;
 constexpr std::size_t min_points = 4;  ///< of a sector on one side
 /// Along the limb, m: places that are tried, and what is compared on either side of them.
 constexpr double place_step = 0.01, gap = 0.004, window = 0.03;
-constexpr double least_step = 0.005, least_sector_step = 0.003, sector_share = 0.75;
+constexpr double least_step = 0.007, least_sector_step = 0.003, sector_share = 0.75;
 /// Not at the joints, where creases are: shares of the two bones together.
 constexpr double first_place = 0.12, last_place = 0.97;
 /// Clothes lie this near to the skin, m, those inside it this deep at most.
@@ -141,12 +141,13 @@ HemCover find_hems(const SkinnedSurface& rest, const Eigen::Ref<const Points>& p
     HemCover result;
     result.covered.assign(segments.size(), 0);
     const auto dress = [&](SegmentPair pair) { result.dressed[static_cast<std::size_t>(pair)] = true; };
+    std::vector<Hem> hems;
+    for (std::size_t l = 0; l < limbs.size(); ++l) hems.push_back(find_hem(samples[l], limbs[l].length()));
     for (std::size_t l = 0; l < limbs.size(); ++l) {
         const Limb& limb = limbs[l];
-        const Hem hem = find_hem(samples[l], limb.length());
-        if (getenv("NDG_DBG"))
-            fprintf(stderr, "limb %zu hem at %.3f of %.3f step %.1f\n", l, hem.along, limb.length(), 1e3 * hem.step);
-        if (hem.step == 0.0) continue;
+        const Hem& hem = hems[l];
+        // Clothes have two legs and two sleeves.
+        if (!(hem.step * hems[(l + 2) % limbs.size()].step > 0)) continue;
         const bool leg = pair_of(limb.segments[0]) == SegmentPair::thighs, towards_trunk = hem.step < 0;
         const bool on_upper = hem.along < limb.upper();
         if (towards_trunk || on_upper) dress(pair_of(limb.segments[0]));

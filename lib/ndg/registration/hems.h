@@ -19,9 +19,9 @@ struct HemCover {
 /// Finds where trousers, skirts, sleeves, stockings and gloves end: skin is smooth along a limb, and a hem is a step
 /// all around it, whatever the girth of the limb. The scan's distance outside `posed` (N x 3, the likeliest person
 /// where the scan is) is compared between the 3 cm before and behind every place along upper and lower limb, in eight
-/// sectors around the bone; a hem steps the same way by at least 5 mm in three quarters of them. The thicker side is
-/// dressed: towards the trunk trousers, shorts or sleeves, with hips or chest and belly; away from it stockings or
-/// gloves. `rest`: that person at rest.
+/// sectors around the bone; a hem steps the same way by at least 7 mm in three quarters of them, on both sides of the
+/// body. The thicker side is dressed: towards the trunk trousers, shorts or sleeves, with hips or chest and belly; away
+/// from it stockings or gloves. `rest`: that person at rest.
 HemCover find_hems(const SkinnedSurface& rest, const Eigen::Ref<const Points>& posed, const ScanTarget& scan);
 
 }  // namespace ndg

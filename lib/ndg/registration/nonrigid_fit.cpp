@@ -64,7 +64,8 @@ std::vector<Term> find_terms(const Points& vertices, const Eigen::Ref<const Tria
         // A quarter of the weight is this direction's, three quarters are the other's.
         terms.push_back({Eigen::Vector3i::Constant(match.vertex), Eigen::Vector3d::UnitX(), match.normal,
                          match.residual,
-                         0.25 * confidence[match.vertex] * areas[match.vertex] * geman_mcclure(match.residual, reach)});
+                         0.25 * (match.residual < 0 ? confidence[match.vertex] : 1.0) * areas[match.vertex] *
+                             geman_mcclure(match.residual, reach)});
     }
 
     const TriangleTree tree(vertices, triangles);
@@ -92,6 +93,7 @@ std::vector<Term> find_terms(const Points& vertices, const Eigen::Ref<const Tria
         }
         normal.normalize();
         const double residual = normal.dot(closest.point - position);
+        if (residual >= 0) confident = 1.0;
         found[i] = {triangles.row(closest.triangle_idx).transpose(), closest.barycentric, normal, residual,
                     0.75 * confident * area * geman_mcclure(residual, reach)};
     }

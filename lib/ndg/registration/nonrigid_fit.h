@@ -29,8 +29,8 @@ Eigen::VectorXd stiffness_weights(const SkinnedSurface& skin, double armpit_fact
 /// by vertex areas A_i, R_i the rotation of a vertex's neighbourhood, re-estimated before each solve, s_i the stiffness
 /// weights. Where the scan has holes no matches stand and the surface follows its neighbours smoothly. Each step is a
 /// normal system solved by conjugate gradients, preconditioned by a sparse Cholesky factorisation of its regulariser
-/// and areas. `reference`: the posed template, N x 3. `confidence`: N, how much the matches of a vertex count; empty:
-/// one; where it is zero the surface follows its neighbours too.
+/// and areas. `reference`: the posed template, N x 3. `confidence`: N, how much the matches of a vertex count that lies
+/// inside the scan; empty: one; where it is zero the surface follows its neighbours too, but not out of the scan.
 Points fit_nonrigid(const Eigen::Ref<const Points>& reference, const Eigen::Ref<const Triangles>& triangles,
                     const ScanTarget& scan, const Eigen::Ref<const Points>& start, const Eigen::VectorXd& stiffness,
                     const NonrigidFitOptions& options, const Eigen::VectorXd& confidence = {});

@@ -37,7 +37,7 @@ const std::vector<std::vector<SegmentPair>>& garments()
     using S = SegmentPair;
     static const std::vector<std::vector<S>> sets = {
         {S::feet},
-        {S::head},
+        {S::scalp},
         {S::shins},
         {S::forearms},
         {S::shins, S::feet},
@@ -114,6 +114,10 @@ ShapePrior::ShapePrior(const SkinnedSurface& skin, const std::vector<JointExampl
 {
     if (examples.size() <= 2 * num_folds) return;
     for (const SkinSegment segment : skin_segments(skin.weights)) pairs_.push_back(pair_of(segment));
+    const std::vector<char> scalp = scalp_vertices(skin);
+    for (std::size_t v = 0; v < pairs_.size(); ++v) {
+        if (scalp[v]) pairs_[v] = SegmentPair::scalp;
+    }
     learn_deviations(examples);
     components_ = find_components(examples);
 }
@@ -189,25 +193,36 @@ ShapePrior::PairEvidence ShapePrior::gather(const Components& components, const 
     double sum = 0.0;
     for (Eigen::Index v = 0; v < rest_skin.rows(); v += step) sum += weights[v];
     const double scale = effective_rows / std::max(sum, 1e-300);
-    Eigen::MatrixXd derivative(3, size);
-    derivative.rightCols<3>().setIdentity();
+    // Four rows a vertex: three of its position, one more along the normal.
+    std::array<std::vector<Eigen::Index>, num_segment_pairs> vertices;
     for (Eigen::Index v = 0; v < rest_skin.rows(); v += step) {
-        if (!(weights[v] > 0)) continue;
-        Evidence& e = result[index(pairs_[v])];
-        const double weight = scale * weights[v];
-        const Eigen::Vector3d normal = normals.row(v).transpose();
-        derivative.leftCols(components.modes.cols()) = components.modes.middleRows<3>(3 * v);
-        const Eigen::Vector3d offset = rest_skin.row(v).transpose() - components.mean.segment<3>(3 * v);
-        const Eigen::VectorXd along = derivative.transpose() * normal;
-        const double outside = normal.dot(offset);
-        const double across = weight / (tangential_deviation * tangential_deviation);
-        const double extra = weight / (normal_deviation * normal_deviation) - across;
-        e.matrix.selfadjointView<Eigen::Lower>().rankUpdate(derivative.transpose(), across);
-        e.matrix.selfadjointView<Eigen::Lower>().rankUpdate(along, extra);
-        e.vector += across * (derivative.transpose() * offset) + (extra * outside) * along;
-        e.along += weight * along;
-        e.outside += weight * outside;
-        e.weight += weight;
+        if (weights[v] > 0) vertices[index(pairs_[v])].push_back(v);
+    }
+    for (std::size_t p = 0; p < result.size(); ++p) {
+        Evidence& e = result[p];
+        RowMatrix rows(4 * static_cast<Eigen::Index>(vertices[p].size()), size);
+        Eigen::VectorXd residuals(rows.rows());
+        Eigen::Index row = 0;
+        for (const Eigen::Index v : vertices[p]) {
+            const double weight = scale * weights[v];
+            const double across = weight / (tangential_deviation * tangential_deviation);
+            const double extra = weight / (normal_deviation * normal_deviation) - across;
+            const Eigen::RowVector3d normal = normals.row(v);
+            const Eigen::Vector3d offset = rest_skin.row(v).transpose() - components.mean.segment<3>(3 * v);
+            rows.block(row, 0, 3, size - 3) = components.modes.middleRows<3>(3 * v);
+            rows.block<3, 3>(row, size - 3).setIdentity();
+            const Eigen::RowVectorXd along = normal * rows.middleRows<3>(row);
+            const double outside = normal * offset;
+            rows.middleRows<3>(row) *= std::sqrt(across);
+            rows.row(row + 3) = std::sqrt(extra) * along;
+            residuals.segment<4>(row) << std::sqrt(across) * offset, std::sqrt(extra) * outside;
+            e.along += weight * along.transpose();
+            e.outside += weight * outside;
+            e.weight += weight;
+            row += 4;
+        }
+        e.matrix.selfadjointView<Eigen::Lower>().rankUpdate(rows.transpose());
+        e.vector = rows.transpose() * residuals;
     }
     return result;
 }
@@ -253,7 +268,8 @@ ShapePrior::Explanation ShapePrior::explain(const Eigen::Ref<const Points>& rest
             if (!result.dressed[index(pairs_[v])]) continue;
             const double outside = normals.row(v).dot(rest_skin.row(v) - shape.row(v));
             const bool hidden = pairs_[v] == SegmentPair::feet || hems.covered[v];
-            weights[v] *= hidden ? 0.0 : geman_mcclure(outside, cover_limit);
+            // Under clothes there is room, but none outside them.
+            weights[v] *= outside < 0 ? 1.0 : hidden ? 0.0 : geman_mcclure(outside, cover_limit);
         }
         shape = components_.positions(solve_unknowns(gather(components_, rest_skin, normals, weights), PairFlags{}));
     }

@@ -55,4 +55,21 @@ SegmentPair pair_of(SkinSegment segment)
     return static_cast<SegmentPair>(value < first_sided ? value : first_sided + (value - first_sided) / 2);
 }
 
+std::vector<char> scalp_vertices(const SkinnedSurface& skin)
+{
+    const Skeleton& skeleton = standard_skeleton();
+    const Eigen::RowVector3d eye = 0.5 * (skin.joint_positions.row(skeleton.joint("left_eye")) +
+                                          skin.joint_positions.row(skeleton.joint("right_eye")));
+    const Eigen::VectorXd head = subtree_weights(skin.weights, {"head"});
+    // Shares of the head's height over the eyes: a hairline 4 cm above them, that falls by 9 mm for each cm further
+    // back.
+    const double size = skin.vertices.col(1).maxCoeff() - eye[1];
+    std::vector<char> scalp(skin.vertices.rows());
+    for (Eigen::Index v = 0; v < skin.vertices.rows(); ++v) {
+        const double above = (skin.vertices(v, 1) - eye[1]) / size, behind = (eye[2] - skin.vertices(v, 2)) / size;
+        scalp[v] = head[v] > 0.5 && above + 0.9 * (behind - 0.55) > 0.36;
+    }
+    return scalp;
+}
+
 }  // namespace ndg

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "ndg/body/skinning.h"
+#include "ndg/scan/skin_places.h"
 
 #include <string>
 #include <vector>
@@ -33,9 +33,12 @@ const std::string& segment_name(SkinSegment segment);
 /// Segment of each vertex.
 std::vector<SkinSegment> skin_segments(const SkinningWeights& weights);
 
-/// What is dressed alike: segments without their side.
-enum class SegmentPair { head, chest, belly, hips, upper_arms, forearms, hands, thighs, shins, feet };
-inline constexpr int num_segment_pairs = 10;
+/// What is dressed alike: segments without their side. The scalp is a part of the head (scalp_vertices).
+enum class SegmentPair { head, chest, belly, hips, upper_arms, forearms, hands, thighs, shins, feet, scalp };
+inline constexpr int num_segment_pairs = 11;
 SegmentPair pair_of(SkinSegment segment);
+
+/// 1 for vertices of the head where hair grows: above the forehead, and behind down to the nape. `skin`: at rest.
+std::vector<char> scalp_vertices(const SkinnedSurface& skin);
 
 }  // namespace ndg

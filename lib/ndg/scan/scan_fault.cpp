@@ -94,7 +94,15 @@ void put_on_shoes(const SkinnedSurface& rest, Points& surface, std::vector<char>
     std::vector<char> shoe(surface.rows(), 0);
     for (Eigen::Index v = 0; v < surface.rows(); ++v) shoe[v] = feet[v] > 0.5 && rest.vertices(v, 1) < ankle + 0.01;
     const auto neighbours = vertex_neighbours(rest.triangles, static_cast<int>(surface.rows()));
-    for (int round = 0; round < 40; ++round) {
+    // Rounds that smooth over 8 mm, whatever the edges' length.
+    double edge = 0.0, count = 0.0;
+    for (Eigen::Index v = 0; v < surface.rows(); ++v) {
+        if (!shoe[v]) continue;
+        edge += (surface.row(neighbours[v].front()) - surface.row(v)).norm();
+        count += 1.0;
+    }
+    const int rounds = std::clamp(static_cast<int>(2.0 * std::pow(0.008 * count / std::max(edge, 1e-12), 2)), 1, 60);
+    for (int round = 0; round < rounds; ++round) {
         const Points old = surface;
         for (Eigen::Index v = 0; v < surface.rows(); ++v) {
             if (!shoe[v]) continue;
