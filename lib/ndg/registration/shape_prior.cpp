@@ -242,9 +242,6 @@ ShapePrior::Explanation ShapePrior::explain(const Eigen::Ref<const Points>& rest
         PairFlags best = result.dressed;
         for (std::size_t g = 0; g < garments().size(); ++g) {
             const auto outside = garment_outside(pairs, garments()[g], result.dressed, unknowns);
-            if (getenv("NDG_DBG"))
-                fprintf(stderr, "garment %zu outside %.1f dev %.1f\n", g, 1e3 * outside.value_or(0),
-                        1e3 * deviations_[g]);
             const double deviations = outside.value_or(0.0) / std::hypot(deviations_[g], segment_deviation);
             if (!outside || *outside < least_cover || deviations <= most) continue;
             most = deviations;
