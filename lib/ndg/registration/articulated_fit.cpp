@@ -242,7 +242,7 @@ double two_way_distance(const Eigen::Ref<const Points>& vertices, const Eigen::R
 
 Eigen::VectorXd fit_articulated_to_vertices(const ArticulatedModel& model, const Eigen::Ref<const Points>& positions,
                                             const Eigen::VectorXd& weights, const Eigen::VectorXd& start,
-                                            int iterations)
+                                            int iterations, bool proportions)
 {
     const std::vector<int> rows = every_nth(model.num_vertices(), 1500);
     Eigen::VectorXd parameters = start;
@@ -262,7 +262,8 @@ Eigen::VectorXd fit_articulated_to_vertices(const ArticulatedModel& model, const
         }
         NormalEquations equations(model.num_parameters());
         equations.add(jacobian, residuals);
-        parameters += solve_step(std::move(equations), model.prior(), parameters, model.num_parameters());
+        parameters += solve_step(std::move(equations), model.prior(), parameters,
+                                 proportions ? model.num_parameters() : model.scale_begin());
     }
     return parameters;
 }

@@ -75,10 +75,10 @@ Eigen::VectorXd fit_articulated(const ArticulatedModel& model, const ScanTarget&
 double two_way_distance(const Eigen::Ref<const Points>& vertices, const Eigen::Ref<const Triangles>& triangles,
                         const ScanTarget& scan, int samples);
 
-/// The same towards known positions of all vertices (N x 3; weights N >= 0): polishes pose and proportions once the
-/// skin is registered.
+/// The same towards known positions of all vertices (N x 3; weights N >= 0): polishes pose and, if `proportions`, these
+/// once the skin is registered.
 Eigen::VectorXd fit_articulated_to_vertices(const ArticulatedModel& model, const Eigen::Ref<const Points>& positions,
                                             const Eigen::VectorXd& weights, const Eigen::VectorXd& start,
-                                            int iterations);
+                                            int iterations, bool proportions);
 
 }  // namespace ndg

@@ -7,6 +7,7 @@
 #include "ndg/core/provenance.h"
 #include "ndg/geometry/triangle_mesh.h"
 #include "ndg/registration/fit_report.h"
+#include "ndg/registration/raised_arms.h"
 
 #include <algorithm>
 #include <array>
@@ -62,37 +63,6 @@ Eigen::VectorXd eroded(const Eigen::VectorXd& values, const Eigen::Ref<const Tri
         for (int k = 0; k < 3; ++k) result[triangles(t, k)] = std::min(result[triangles(t, k)], least);
     }
     return result;
-}
-
-/// How far up an arm's turn goes between 25 and 50 degrees, 0 to 1.
-double turned_far(const Eigen::Matrix3d& parent_from_joint)
-{
-    constexpr double low = 25.0 * EIGEN_PI / 180.0, high = 2.0 * low;
-    return std::clamp((Eigen::AngleAxisd(parent_from_joint).angle() - low) / (high - low), 0.0, 1.0);
-}
-
-/// 1 where the inverse of linear blend skinning gives the skin at rest, towards 0 around the shoulder of an arm that
-/// is turned far: there it gives lumps, since skin does not move that way.
-Eigen::VectorXd unposed_confidence(const SkinnedSurface& skin, const Pose& pose)
-{
-    Eigen::VectorXd confidence = Eigen::VectorXd::Ones(skin.vertices.rows());
-    for (const std::string side : {"left_", "right_"}) {
-        const int joint = standard_skeleton().joint(side + "upper_arm");
-        const double far = turned_far(pose.parent_from_joint[joint]);
-        if (far <= 0) continue;
-        const Eigen::VectorXd arm = subtree_weights(skin.weights, {side + "upper_arm"});
-        const Eigen::VectorXd girdle = subtree_weights(skin.weights, {side + "clavicle"});
-        const double reach = 0.7 * (skin.joint_positions.row(joint) -
-                                    skin.joint_positions.row(standard_skeleton().joint(side + "forearm")))
-                                       .norm();
-        for (Eigen::Index v = 0; v < confidence.size(); ++v) {
-            const double mixed = std::max(arm[v] * (1.0 - arm[v]), girdle[v] * (1.0 - girdle[v]));
-            const double near = (skin.vertices.row(v) - skin.joint_positions.row(joint)).norm() / reach;
-            const double doubt = std::max(std::clamp(8.0 * mixed, 0.0, 1.0), std::clamp(2.0 - 2.0 * near, 0.0, 1.0));
-            if (near < 1.5) confidence[v] = std::min(confidence[v], 1.0 - far * doubt);
-        }
-    }
-    return confidence;
 }
 
 /// Least share of a hand that a fit sees near the scan where the hand is open as the template's is.
@@ -272,11 +242,14 @@ void BodyFitter::take_likeliest_shape(State& state) const
     for (int round = 0; round < shape_rounds; ++round) {
         const ArticulatedModel model(state.shape);
         state.parameters =
-            fit_articulated_to_vertices(model, state.registered, evidence, state.parameters, polish_iterations);
+            fit_articulated_to_vertices(model, state.registered, evidence, state.parameters, polish_iterations,
+                                        round == 0 || !raised_arms(model.pose(state.parameters)));
         Points joints = model.rest_joints(state.parameters);
-        const Points rest = to_rest(state, model.pose(state.parameters), joints);
+        const Pose pose = model.pose(state.parameters);
+        const Points rest = to_rest(state, pose, joints);
+        const Eigen::VectorXd trusted = evidence.cwiseProduct(unposed_confidence(state.shape, pose));
         if (round == 1) hems = find_hems(state.shape, model.posed_vertices(state.parameters), state.target);
-        ShapePrior::Explanation explanation = prior_.explain(rest, evidence, hems);
+        ShapePrior::Explanation explanation = prior_.explain(rest, trusted, hems);
         // Heading, place and joints stay; the new shape has other proportions, and its root elsewhere.
         state.parameters.segment<3>(3) +=
             joints.row(0).transpose() - explanation.shape.joint_positions.row(0).transpose();
@@ -299,14 +272,15 @@ void BodyFitter::fit_pose_and_surface(State& state) const
     ArticulatedFitOptions again = options_.articulated;
     again.first_reach = std::min(again.first_reach, 0.03);
     again.iterations = (again.iterations + 1) / 2;
-    again.proportions = again.proportions && state.confidence.minCoeff() > 0;
+    again.proportions =
+        again.proportions && state.confidence.minCoeff() > 0 && !raised_arms(model.pose(state.parameters));
     state.parameters = fit_articulated(model, state.target, state.parameters, state.landmarks, again, nullptr,
                                        state.confidence.cwiseMax(covered_confidence));
     const Points reference = model.posed_vertices(state.parameters);
     state.registered = fit_nonrigid(reference, model.skin().triangles, state.target, reference, stiffness_,
                                     options_.nonrigid, state.confidence);
-    state.parameters =
-        fit_articulated_to_vertices(model, state.registered, areas_, state.parameters, polish_iterations);
+    state.parameters = fit_articulated_to_vertices(model, state.registered, areas_, state.parameters, polish_iterations,
+                                                   again.proportions);
 }
 
 /// The registered skin brought to rest; `joints` (at rest) are estimated anew with it.
@@ -314,14 +288,20 @@ Points BodyFitter::to_rest(const State& state, const Pose& pose, Points& joints)
 {
     const ArticulatedModel model(state.shape);
     const Eigen::VectorXd confidence = unposed_confidence(state.shape, pose);
+    // Pose alone, without what the posed skin made of the proportions.
+    Eigen::VectorXd parameters = state.parameters;
+    parameters.tail(parameters.size() - model.scale_begin()).setZero();
+    const Points reference = model.rest_vertices(parameters), reference_joints = model.rest_joints(parameters);
     Points rest;
     for (int round = 0; round < joint_rounds; ++round) {
         rest = unpose(state.registered, model_.skin().weights, forward_kinematics(standard_skeleton(), joints, pose));
         if (confidence.minCoeff() < 1.0) {
-            rest = complete_surface(model.rest_vertices(state.parameters), model_.skin().triangles, rest, confidence,
-                                    shoulder_wavelength);
+            rest = complete_surface(reference, model_.skin().triangles, rest, confidence, shoulder_wavelength);
         }
-        if (round + 1 < joint_rounds) joints = regressor_.joints(rest);
+        if (round + 1 < joint_rounds) {
+            joints = regressor_.joints(rest);
+            keep_raised_arms(pose, reference_joints, joints);
+        }
     }
     return rest;
 }

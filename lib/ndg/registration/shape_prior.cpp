@@ -25,6 +25,9 @@ constexpr double least_variance = 1e-5;
 /// A group of segments is dressed if it lies this far outside in the mean, m, and this many standard deviations of
 /// what bare skin does, to which `segment_deviation` (m) is added for errors of the registration.
 constexpr double least_cover = 0.005, least_deviations = 4.0, segment_deviation = 0.0015;
+/// Where people differ by more than this, m, they differ in more ways than examples tell: clothes there must stand out
+/// by so many deviations, or have a hem.
+constexpr double fleshy_deviation = 0.0025, least_fleshy_deviations = 6.0;
 /// Examples are explained by the others in this many folds.
 constexpr std::size_t num_folds = 4;
 /// Of a dressed segment, skin that lies farther outside than this is covered, m.
@@ -238,12 +241,13 @@ ShapePrior::Explanation ShapePrior::explain(const Eigen::Ref<const Points>& rest
     Eigen::VectorXd unknowns;
     // The garment that stands out most, then the next one beside it.
     for (bool found = true; found;) {
-        double most = least_deviations;
+        double most = 0.0;
         PairFlags best = result.dressed;
         for (std::size_t g = 0; g < garments().size(); ++g) {
             const auto outside = garment_outside(pairs, garments()[g], result.dressed, unknowns);
             const double deviations = outside.value_or(0.0) / std::hypot(deviations_[g], segment_deviation);
-            if (!outside || *outside < least_cover || deviations <= most) continue;
+            const double least = deviations_[g] > fleshy_deviation ? least_fleshy_deviations : least_deviations;
+            if (!outside || *outside < least_cover || deviations <= std::max(most, least)) continue;
             most = deviations;
             best = result.dressed;
             for (const SegmentPair pair : garments()[g]) {
