@@ -160,10 +160,6 @@ TEST_CASE("difficult scans are fitted where they show skin, or refused in a sent
         CHECK(report.unit == to_name(scan.unit));
         CHECK(report.up == to_name(scan.up));
         CHECK(report.flipped_triangles < 8);
-        UNSCOPED_INFO(name);
-        std::printf("%s | error %.2f mm, shoulders %.3f of %.3f\n", report_line(report).c_str(), 1e3 * error,
-                    report.shoulder_breadth, shoulders(simulated.person.joint_positions));
-        std::fflush(stdout);
     }
 
     // Bodies of other topologies, as other programs make them.
@@ -181,7 +177,5 @@ TEST_CASE("difficult scans are fitted where they show skin, or refused in a sent
         CHECK(fitted.report.warnings.empty());
         CHECK(error < 0.0008);
         CHECK(fitted.report.scan_to_skin_mean < 0.0008);
-        std::printf("%s | error %.2f\n", report_line(fitted.report).c_str(), 1e3 * error);
-        std::fflush(stdout);
     }
 }
