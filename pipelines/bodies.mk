@@ -5,13 +5,10 @@
 
 # How many; empty: as many as the preset says.
 BODIES ?=
-# People that joints are learned from and fits start from; drawn with another seed.
-EXAMPLES     ?= 48
-EXAMPLE_SEED ?= 1001
 
 FITTED = $(OUT)/fitted
 FIT_STAGE = @pipelines/stage.sh $(FITTED)
-BODIES_CHOICE = $(FITTED)/choice-bodies-$(or $(BODIES),preset)-$(EXAMPLES)-$(EXAMPLE_SEED)
+BODIES_CHOICE = $(FITTED)/choice-bodies-$(or $(BODIES),preset)
 
 .PHONY: bodies
 bodies: build ## people from simulated scans: registration and layers, measured, out/<preset>/fitted/; BODIES=<n>
@@ -27,20 +24,15 @@ $(FITTED)/people.h5: $(OUT)/template.h5 $(CONFIG) $(BODIES_CHOICE)
 	$(FIT_STAGE) sample-bodies $(BIN)/sample-bodies $(RUN) --template $< $(MAKEHUMAN) \
 	    $(if $(BODIES),--count $(BODIES)) --output $@
 
-$(FITTED)/examples.h5: $(OUT)/template.h5 $(CONFIG) $(BODIES_CHOICE)
-	$(CHECK_DATA)
-	$(FIT_STAGE) examples $(BIN)/sample-bodies $(RUN) --template $< $(MAKEHUMAN) \
-	    --count $(EXAMPLES) --seed $(EXAMPLE_SEED) --output $@
-
 $(FITTED)/truth.h5: $(OUT)/template.h5 $(FITTED)/people.h5
 	@rm -rf $(FITTED)/scans
 	$(FIT_STAGE) simulate-scans $(BIN)/simulate-scans $(RUN) --template $< --skins $(FITTED)/people.h5 \
 	    --scans $(FITTED)/scans --people $(FITTED)/people.json --output $@
 
-$(FITTED)/skins.h5: $(OUT)/template.h5 $(FITTED)/truth.h5 $(FITTED)/examples.h5
+$(FITTED)/skins.h5: $(OUT)/template.h5 $(FITTED)/truth.h5
 	@rm -rf $(FITTED)/surfaces
 	$(FIT_STAGE) fit-body $(BIN)/fit-body $(RUN) --template $< --scan $(FITTED)/scans --people $(FITTED)/people.json \
-	    --examples $(FITTED)/examples.h5 --truth $(FITTED)/truth.h5 --surfaces $(FITTED)/surfaces \
+	    --truth $(FITTED)/truth.h5 --surfaces $(FITTED)/surfaces \
 	    --report $(FITTED)/fits.json --min-passed 0.99 $(OUTSIDE) --output $@ | tee $(FITTED)/fits.txt
 
 $(FITTED)/bodies.h5: $(OUT)/template.h5 $(FITTED)/skins.h5

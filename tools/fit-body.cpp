@@ -42,11 +42,9 @@ int main(int argc, char** argv)
                "JSON file {name: [x, y, z]} in the scan's axes, or folder of NAME.json; without it none are needed",
                false);
     tool.input("people", people, "JSON file {name: {\"sex\": 0 to 1, \"age_years\": ...}}", false);
-    tool.input(
-        "examples", examples,
-        "skins of the template with known joints (sample-bodies), from which joint centres are learned and start "
-        "shapes are taken",
-        false);
+    tool.input("examples", examples,
+               "skins of the template with known joints (sample-bodies), instead of the template's own examples",
+               false);
     tool.input("truth", truth_path, "truth of simulated scans, to print errors", false);
     tool.output("output", output, "skins file to write: the bodies that pass the gate");
     tool.output("poses", poses, "file for the poses that bring the skins back onto the scans", false);
@@ -68,7 +66,11 @@ int main(int argc, char** argv)
         const ScanTruth truth = truth_path.empty() ? ScanTruth{} : read_scan_truth(truth_path, body_template);
         std::vector<JointExample> joint_examples;
         std::vector<std::string> hashes = {body_template.file_sha256};
+        for (const Skin& example : body_template.examples) {
+            joint_examples.push_back({example.skin_vertices, example.joint_positions});
+        }
         if (!examples.empty()) {
+            joint_examples.clear();
             SkinSet set = read_skins(examples, body_template);
             for (Skin& body : set.bodies) {
                 joint_examples.push_back({std::move(body.skin_vertices), std::move(body.joint_positions)});

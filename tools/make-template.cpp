@@ -14,6 +14,9 @@ using namespace ndg;
 
 namespace {
 
+/// The examples are other people than sample-bodies draws with the same seed.
+constexpr std::uint64_t example_seed_offset = 1000;
+
 TemplateSource anatomy_template_source(const std::string& makehuman, const std::string& bodyparts3d, Sex sex)
 {
     require_input(!makehuman.empty() && !bodyparts3d.empty(), "--source anatomy needs --makehuman and --bodyparts3d");
@@ -44,6 +47,7 @@ int main(int argc, char** argv)
     SourceKind kind = SourceKind::procedural;
     Sex sex = Sex::male;
     TemplateOptions options;
+    int examples = 48;
     tool.input("makehuman", makehuman, "folder with MakeHuman's 3dobjs, targets and rigs (source anatomy)", false);
     tool.input("bodyparts3d", bodyparts3d, "folder with BodyParts3D's bones, muscles, other, tendons (source anatomy)",
                false);
@@ -51,10 +55,14 @@ int main(int argc, char** argv)
     tool.parameter("source", kind, "where skin and anatomy come from");
     tool.parameter("sex", sex, "of the template body");
     tool.options(options);
+    tool.parameter("examples", examples, "people of the source kept in the template, for fits of scans", 0, 1000);
     return tool.run(argc, argv, [&] {
         const TemplateSource source = kind == SourceKind::anatomy ? anatomy_template_source(makehuman, bodyparts3d, sex)
                                                                   : procedural_template_source(sex);
-        const Template made = make_template(source, options);
+        Template made = make_template(source, options);
+        if (examples > 0) {
+            made.examples = sample_skins(made, makehuman, examples, tool.seed() + example_seed_offset, {}).bodies;
+        }
         write_template(output, made, tool.provenance(source.licence));
         const TemplateCheck check = check_template(read_template(output));
         fmt::print("{}", template_report(check));

@@ -54,7 +54,7 @@ int main(int argc, char** argv)
                        simulated.scan.triangles);
             points += static_cast<std::size_t>(vertices.rows());
             truth.bodies.push_back({body.name, std::move(simulated.posed_skin), std::move(simulated.posed_joints),
-                                    body.skin_vertices, body.joint_positions});
+                                    simulated.person.vertices, simulated.person.joint_positions});
         }
         if (!people.empty()) write_people(people, skins, skins_path);
         write_scan_truth(output, truth, tool.provenance());

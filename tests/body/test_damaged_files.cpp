@@ -16,8 +16,12 @@ TEST_CASE("Damaged templates are refused", "[files]")
     tube.source_vertices = RowMatrixI::Zero(tube.rest.skin_vertices.rows(), 3);
     tube.source_barycentric = RowMatrix::Constant(tube.rest.skin_vertices.rows(), 3, 1.0 / 3.0);
     tube.source_joint_offsets = Points::Zero(num_standard_joints, 3);
+    tube.examples = {{"person", tube.rest.skin_vertices, tube.rest.joint_positions}};
     write_template(path, tube, example_provenance());
     const std::vector<Damage> damages = {
+        {"put('/examples/skin_vertices', f['/examples/skin_vertices'][:, :31])", {"/examples/skin_vertices", "31"}},
+        {"f['/examples/skin_vertices'][0, 3, 2] = np.nan", {"/examples/skin_vertices", "nan"}},
+        {"del f['/examples/joint_positions']", {"/examples/joint_positions"}},
         {"f.attrs['format'] = 'ndg-bodies'", {"ndg-bodies", "ndg-template"}},
         {"f.attrs['format_version'] = 77", {"2"}},
         {"del f['/skin/vertices']", {"/skin/vertices"}},

@@ -66,6 +66,11 @@ void check_template(const Template& a, const Template& b)
     CHECK(a.rest.joint_positions == b.rest.joint_positions);
     CHECK(a.source_vertices == b.source_vertices);
     CHECK(a.source_barycentric == b.source_barycentric);
+    REQUIRE(a.examples.size() == b.examples.size());
+    for (std::size_t e = 0; e < a.examples.size(); ++e) {
+        CHECK(a.examples[e].skin_vertices == b.examples[e].skin_vertices);
+        CHECK(a.examples[e].joint_positions == b.examples[e].joint_positions);
+    }
 }
 
 double largest_difference(const Points& a, const Points& b)
@@ -86,6 +91,11 @@ TEST_CASE("Templates come back from their file exactly", "[files]")
     tube.source_barycentric = RowMatrix::Constant(num_skin, 3, 1.0 / 3.0);
     tube.source_name = "procedural";
     tube.source_joint_offsets = Points::Constant(num_standard_joints, 3, 0.01);
+    // Examples are stored in single precision.
+    for (const double height : {1.5, 1.75}) {
+        tube.examples.push_back(
+            {"person", Points::Constant(num_skin, 3, height), Points::Constant(num_standard_joints, 3, 0.5 * height)});
+    }
     tube.skin_region_names = {"body", "head"};
     tube.skin_regions.assign(tube.skin_triangles.rows(), 1);
     tube.landmarks = {{"top", 3, {0.2, 0.3, 0.5}}};
@@ -111,7 +121,8 @@ TEST_CASE("Templates come back from their file exactly", "[files]")
                   " '/anatomy/part_sides': (2,), '/anatomy/part_fma_ids': (2,), '/anatomy/weight_joints': (64, 8),"
                   " '/anatomy/weights': (64, 8), '/skin/regions': (60,), '/skin/region_names': (2,),"
                   " '/landmarks/names': (1,), '/landmarks/skin_triangles': (1,), '/landmarks/barycentric': (1, 3),"
-                  " '/source/vertices': (32, 3), '/source/barycentric': (32, 3), '/source/joint_offsets': (60, 3)}",
+                  " '/source/vertices': (32, 3), '/source/barycentric': (32, 3), '/source/joint_offsets': (60, 3),"
+                  " '/examples/skin_vertices': (2, 32, 3), '/examples/joint_positions': (2, 60, 3)}",
                   2);
 }
 

@@ -9,6 +9,7 @@
 
 #include <catch2/catch.hpp>
 
+#include <algorithm>
 #include <cmath>
 
 using namespace ndg;
@@ -119,28 +120,45 @@ TEST_CASE("a cloud in millimetres with z up is registered like a mesh in metres"
     CHECK(errors.correspondence_mean < 0.006);
 }
 
-TEST_CASE("start shapes are nearer to a person than the template is")
+TEST_CASE("a person is explained by other people, also in shoes")
 {
     const SkinnedSurface person = test::person(0.05, 0.14, 0.03);
     std::vector<JointExample> examples;
-    for (const double girth : {-0.05, 0.0, 0.1, 0.2, 0.3}) {
-        const SkinnedSurface other = test::person(0.02, girth, 0.25 * girth);
+    for (int e = 0; e < 15; ++e) {
+        const double girth = 0.05 * (e % 5) * 1.5 - 0.05;
+        const SkinnedSurface other = test::person(0.03 * (e % 3), girth, 0.02 * (e % 4));
         examples.push_back({other.vertices, other.joint_positions});
     }
     const SkinnedSurface& skin = test::template_skin();
     const JointRegressor regressor(skin.vertices, skin.weights, skin.joint_positions, examples);
     // Joints learned from examples fit a person who is not among them.
     CHECK((regressor.joints(person.vertices) - person.joint_positions).rowwise().norm().mean() < 0.004);
-    const StartShapes starts(skin, regressor, examples);
-    // Where it stands does not matter, and it comes back in the person's size.
-    const Points moved = person.vertices.rowwise() + Eigen::RowVector3d(0.3, 0.1, -0.2);
-    const SkinnedSurface start = starts.nearest(moved);
-    const auto distance = [&](const Points& vertices) {
-        const Eigen::RowVector3d shift = person.vertices.colwise().mean() - vertices.colwise().mean();
-        return ((vertices.rowwise() + shift) - person.vertices).rowwise().norm().mean();
-    };
-    CHECK(distance(start.vertices) < 0.35 * distance(1.05 * skin.vertices));
-    CHECK(StartShapes(skin, regressor, {}).empty());
+    const ShapePrior prior(skin, examples);
+    CHECK(!prior.empty());
+    // Where it stands does not matter, and it comes back in the person's place.
+    const Eigen::RowVector3d shift(0.3, 0.1, -0.2);
+    const Eigen::VectorXd areas = vertex_areas(skin.vertices, skin.triangles);
+    const HemCover bare = {{}, std::vector<char>(skin.vertices.rows(), 0)};
+    const auto likeliest = prior.explain(person.vertices.rowwise() + shift, areas, bare);
+    const Points explained = likeliest.shape.vertices.rowwise() - shift;
+    CHECK((explained - person.vertices).rowwise().norm().mean() < 0.004);
+    CHECK((likeliest.shape.joint_positions.rowwise() - shift - person.joint_positions).rowwise().norm().mean() < 0.006);
+    CHECK(std::count(likeliest.covered.begin(), likeliest.covered.end(), 1) == 0);
+    CHECK(ShapePrior(skin, {}).empty());
+
+    // Shoes are no feet: the person is explained as before, and the feet are covered.
+    Points shod = person.vertices;
+    const Points normals = vertex_normals(shod, skin.triangles);
+    const std::vector<SkinSegment> segments = skin_segments(skin.weights);
+    for (Eigen::Index v = 0; v < shod.rows(); ++v) {
+        if (pair_of(segments[v]) == SegmentPair::feet) shod.row(v) += 0.012 * normals.row(v);
+    }
+    const auto in_shoes = prior.explain(shod, areas, bare);
+    CHECK(in_shoes.dressed[static_cast<std::size_t>(SegmentPair::feet)]);
+    CHECK((in_shoes.shape.vertices - person.vertices).rowwise().norm().mean() < 0.005);
+    for (Eigen::Index v = 0; v < shod.rows(); ++v) {
+        CHECK((in_shoes.covered[v] != 0) == (pair_of(segments[v]) == SegmentPair::feet));
+    }
 }
 
 TEST_CASE("what is not one whole person does not pass the gate")

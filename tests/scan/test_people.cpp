@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ndg/core/error.h"
+#include "ndg/core/file.h"
 #include "ndg/scan/people.h"
 #include "support/support.h"
 
@@ -23,6 +24,9 @@ TEST_CASE("people are written as they are read")
     CHECK(people.at("a").sex == 0.0);
     CHECK(people.at("a").age_years == 33.0);
     CHECK(people.at("b").sex == 1.0);
+    // Children are not adults.
+    write_file(folder.file("child.json"), "{\"c\": {\"age_years\": 9}}");
+    CHECK_THROWS_AS(read_people(folder.file("child.json")), InputError);
     bodies.parameter_names[2] = "gender";
     CHECK_THROWS_AS(write_people(folder.file("people.json"), bodies, "skins"), InputError);
 }

@@ -4,6 +4,7 @@
 #include "ndg/geometry/closest_point.h"
 #include "ndg/geometry/triangle_mesh.h"
 #include "ndg/scan/scan.h"
+#include "ndg/scan/scan_cut.h"
 #include "ndg/scan/scan_normals.h"
 #include "ndg/scan/scan_simulation.h"
 #include "scan/template_skin.h"
@@ -81,6 +82,74 @@ TEST_CASE("what is no scan of a person is refused")
     millimetres.unit = LengthUnit::millimetre;
     CHECK_THROWS_AS(prepare_scan("scan", person, none, millimetres), InputError);
     CHECK_THROWS_AS(prepare_scan("scan", Points::Zero(3000, 3), none, {}), InputError);
+}
+
+TEST_CASE("a floor is found and cut away, a person's own surface never")
+{
+    const SkinnedSurface& skin = test::template_skin();
+    CHECK(!find_floor(skin.vertices));
+    ScanSimulationOptions options;
+    options.fault = ScanFault::floor;
+    const SimulatedScan simulated = simulate_scan(skin, options, 5, 1);
+    // Tilted, in another unit, as mesh and as cloud.
+    const Points file = 1000.0 * simulated.scan.vertices * Eigen::AngleAxisd(0.1, Eigen::Vector3d::UnitX()).matrix();
+    const auto floor = find_floor(file);
+    REQUIRE(floor);
+    CHECK(std::abs(floor->normal.dot(Eigen::AngleAxisd(-0.1, Eigen::Vector3d::UnitX()) * Eigen::Vector3d::UnitY())) >
+          0.9999);
+    CHECK(floor->normal[1] > 0);
+    const TriangleTree tree(simulated.posed_skin, skin.triangles);
+    for (const bool cloud : {false, true}) {
+        const ScanPoints scan =
+            prepare_scan("scan", simulated.scan.vertices, cloud ? Triangles(0, 3) : simulated.scan.triangles, {});
+        CHECK(scan.up_axes == std::vector<Axis>{Axis::y});
+        CHECK(scan.notes.size() >= 2);
+        // Floor and box are gone, the feet are not.
+        CHECK(scan.points.col(1).minCoeff() < simulated.posed_skin.col(1).minCoeff() + 0.02);
+        for (Eigen::Index i = 0; i < scan.points.rows(); i += 41) {
+            CHECK(tree.closest(scan.points.row(i).transpose()).distance < 0.012);
+        }
+    }
+}
+
+TEST_CASE("parts of a scan are turned outwards one by one")
+{
+    const SkinnedSurface& skin = test::template_skin();
+    ScanSimulationOptions options;
+    options.noise = 0.0;
+    for (const ScanFault fault : {ScanFault::none, ScanFault::pieces, ScanFault::mirrored}) {
+        options.fault = fault;
+        const SimulatedScan simulated = simulate_scan(skin, options, 5, 1);
+        const ScanPoints scan = prepare_scan("scan", simulated.scan.vertices, simulated.scan.triangles, {});
+        Triangles outward = skin.triangles;
+        if (fault == ScanFault::mirrored) outward.col(1).swap(outward.col(2));
+        const TriangleTree tree(simulated.posed_skin, outward);
+        const Points normals = triangle_normals(simulated.posed_skin, outward);
+        int wrong = 0;
+        for (Eigen::Index i = 0; i < scan.points.rows(); ++i) {
+            const ClosestPoint closest = tree.closest(scan.points.row(i).transpose());
+            wrong += scan.normals.row(i).dot(normals.row(closest.triangle_idx)) < 0;
+        }
+        INFO(to_name(fault));
+        CHECK(wrong < 0.002 * static_cast<double>(scan.points.rows()));
+        CHECK(scan.notes.empty() == (fault == ScanFault::none));
+    }
+}
+
+TEST_CASE("large triangles are surface, not holes")
+{
+    const SkinnedSurface& skin = test::template_skin();
+    ScanSimulationOptions options;
+    options.fault = ScanFault::large_triangles;
+    options.hole_radius = 0.0;
+    const SimulatedScan simulated = simulate_scan(skin, options, 5, 1);
+    const ScanPoints scan = prepare_scan("scan", simulated.scan.vertices, simulated.scan.triangles, {});
+    const PointTree tree(scan.points);
+    double farthest = 0.0;
+    for (Eigen::Index v = 0; v < skin.vertices.rows(); ++v) {
+        farthest = std::max(farthest, tree.nearest(simulated.posed_skin.row(v).transpose()).squared_distance);
+    }
+    CHECK(std::sqrt(farthest) < 0.025);
 }
 
 TEST_CASE("a simulated scan lies on the posed skin and depends on seed and body alone")

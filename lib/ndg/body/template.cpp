@@ -6,6 +6,8 @@
 #include "ndg/geometry/tetrahedra.h"
 #include "ndg/io/h5.h"
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <limits>
 
@@ -253,6 +255,35 @@ void read_source(const H5Reader& reader, Template& result)
         reader.read_matrix("/source/joint_offsets", has_source ? result.skeleton.num_joints() : 0, 3);
 }
 
+using FloatPoints = Eigen::Matrix<float, Eigen::Dynamic, 3, Eigen::RowMajor>;
+
+void write_examples(H5Writer& writer, const std::vector<Skin>& examples, const std::string& dataset,
+                    const std::string& description, Points Skin::*positions)
+{
+    writer.create(dataset, {examples.size(), static_cast<std::size_t>((examples.front().*positions).rows()), 3},
+                  description);
+    for (std::size_t e = 0; e < examples.size(); ++e) {
+        const FloatPoints stored = (examples[e].*positions).cast<float>();
+        writer.write_slice(dataset, e, stored.data());
+    }
+}
+
+void read_examples(const H5Reader& reader, const std::string& dataset, Eigen::Index rows, std::vector<Skin>& examples,
+                   Points Skin::*positions)
+{
+    const std::vector<std::size_t> shape = reader.shape(dataset);
+    require_input(shape.size() == 3 && (examples.empty() || shape[0] == examples.size()) &&
+                      shape[1] == static_cast<std::size_t>(rows) && shape[2] == 3,
+                  "{}: {} has shape {}, not one of examples x {} x 3", reader.path(), dataset, fmt::join(shape, " x "),
+                  rows);
+    examples.resize(shape[0]);
+    for (std::size_t e = 0; e < examples.size(); ++e) {
+        const std::vector<float> stored = reader.read_slice(dataset, e);
+        examples[e].name = fmt::format("example_{:04d}", e);
+        examples[e].*positions = Eigen::Map<const FloatPoints>(stored.data(), rows, 3).cast<double>();
+    }
+}
+
 }  // namespace
 
 SkinningWeights Template::volume_weights() const
@@ -314,6 +345,12 @@ void write_template(const std::string& path, const Template& body_template, cons
                  "barycentric coordinates on them", Storage::float64);
     writer.write("/source/joint_offsets", has_source ? body_template.source_joint_offsets : Points(0, 3),
                  "from the source's own joints to those of the template body, m", Storage::float64);
+    if (!body_template.examples.empty()) {
+        write_examples(writer, body_template.examples, "/examples/skin_vertices",
+                       "rest positions of the skins of people of the source, m", &Skin::skin_vertices);
+        write_examples(writer, body_template.examples, "/examples/joint_positions", "rest positions of their joints, m",
+                       &Skin::joint_positions);
+    }
     writer.commit();
 }
 
@@ -329,6 +366,12 @@ Template read_template(const std::string& path)
     read_volume(reader, result);
     read_anatomy(reader, result);
     read_source(reader, result);
+    if (reader.has("/examples/skin_vertices")) {
+        read_examples(reader, "/examples/skin_vertices", result.rest.skin_vertices.rows(), result.examples,
+                      &Skin::skin_vertices);
+        read_examples(reader, "/examples/joint_positions", result.skeleton.num_joints(), result.examples,
+                      &Skin::joint_positions);
+    }
     result.file_sha256 = sha256_path(path);
     return result;
 }

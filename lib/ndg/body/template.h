@@ -64,6 +64,8 @@ struct Template {
     RowMatrix source_barycentric;  ///< N_s x 3
     /// J x 3, from the source's own joints to those of the template body (which follow the bones), m.
     Points source_joint_offsets;
+    /// People of the source, drawn once: what fits of scans know of the shapes of people. May be empty.
+    std::vector<Skin> examples;
 
     /// SHA-256 of the file this template was read from; empty for one made in memory.
     std::string file_sha256;

@@ -84,7 +84,9 @@ const std::vector<Schema>& schemas()
           {"/anatomy/embedding_distances", "N_a", "float64"},
           {"/source/vertices", "N_s x 3 or 0 x 3", "int32"},
           {"/source/barycentric", "N_s x 3 or 0 x 3", "float64"},
-          {"/source/joint_offsets", "J x 3 or 0 x 3", "float64"}}},
+          {"/source/joint_offsets", "J x 3 or 0 x 3", "float64"},
+          {"/examples/skin_vertices", "X x N_s x 3", "float32", true},
+          {"/examples/joint_positions", "X x J x 3", "float32", true}}},
 
         {"ndg-skins", 1, skin_items()},
 
@@ -205,7 +207,7 @@ const std::vector<Schema>& schemas()
                      {"/body/joint_positions", "J x 3", "float64", optional},
                      {"/body/parameters", "1 x K", "float64", optional}})},
 
-        {"ndg-fit-part", 2,
+        {"ndg-fit-part", 3,
          part_items({{"/report", "1", "text", optional},
                      {"/skin_vertices", "N_s x 3", "float64", optional},
                      {"/joint_positions", "J x 3", "float64", optional},

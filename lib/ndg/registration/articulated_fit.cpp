@@ -65,14 +65,18 @@ Eigen::Index row_of(const std::vector<int>& rows, int vertex)
 }
 
 void add_matches(const std::vector<PlaneMatch>& matches, std::size_t sampled, const std::vector<int>& rows,
-                 const Eigen::MatrixXd& vertex_jacobian, double reach, double deviation, NormalEquations& equations)
+                 const Eigen::MatrixXd& vertex_jacobian, double reach, double deviation,
+                 const Eigen::VectorXd& confidence, NormalEquations& equations)
 {
     const double scale = std::sqrt(effective_matches / static_cast<double>(std::max<std::size_t>(sampled, 1)));
     Eigen::MatrixXd jacobian(static_cast<Eigen::Index>(matches.size()), vertex_jacobian.cols());
     Eigen::VectorXd residuals(jacobian.rows());
     for (Eigen::Index i = 0; i < jacobian.rows(); ++i) {
         const PlaneMatch& match = matches[i];
-        const double weight = scale * std::sqrt(geman_mcclure(match.residual, reach)) / deviation;
+        // Under clothes there is room, but no skin is outside them.
+        const bool doubted = confidence.size() > 0 && match.residual < 0;
+        const double confident = doubted ? confidence[match.vertex] : 1.0;
+        const double weight = scale * std::sqrt(confident * geman_mcclure(match.residual, reach)) / deviation;
         const Eigen::Index row = 3 * row_of(rows, match.vertex);
         jacobian.row(i) = weight * match.normal.transpose() * vertex_jacobian.middleRows(row, 3);
         residuals[i] = weight * match.residual;
@@ -182,28 +186,20 @@ void describe(OptionList& list, ArticulatedFitOptions& options)
 
 Eigen::VectorXd fit_articulated(const ArticulatedModel& model, const ScanTarget& scan, const Eigen::VectorXd& start,
                                 const std::vector<LandmarkTarget>& landmarks, const ArticulatedFitOptions& options,
-                                double* score)
+                                double* score, const Eigen::VectorXd& confidence)
 {
     const Triangles& triangles = model.skin().triangles;
     const std::vector<int> vertex_rows = every_nth(model.num_vertices(), options.samples);
     const std::vector<int> point_rows = every_nth(static_cast<int>(scan.points.rows()), options.samples);
     Eigen::VectorXd parameters = start;
-    for (int iteration = 0; iteration <= options.iterations; ++iteration) {
+    for (int iteration = 0; iteration < options.iterations; ++iteration) {
         const double done = static_cast<double>(iteration) / std::max(options.iterations, 1);
         const double reach = options.first_reach * std::pow(options.last_reach / options.first_reach, done);
-        const bool last = iteration == options.iterations;
-        const double max_distance = last ? score_limit : 3.0 * reach;
+        const double max_distance = 3.0 * reach;
         const Points posed = model.posed_vertices(parameters);
         const auto to_scan =
             match_surface_to_scan(posed, vertex_normals(posed, triangles), vertex_rows, scan, max_distance);
         const auto to_surface = match_scan_to_surface(posed, triangles, scan, point_rows, max_distance);
-        if (last) {
-            if (score) {
-                *score =
-                    0.5 * (mean_distance(to_scan, vertex_rows.size()) + mean_distance(to_surface, point_rows.size()));
-            }
-            break;
-        }
         std::vector<int> rows;
         for (const auto* matches : {&to_scan, &to_surface}) {
             for (const PlaneMatch& match : *matches) rows.push_back(match.vertex);
@@ -217,8 +213,10 @@ Eigen::VectorXd fit_articulated(const ArticulatedModel& model, const ScanTarget&
 
         const Eigen::MatrixXd jacobian = model.jacobian(parameters, rows);
         NormalEquations equations(model.num_parameters());
-        add_matches(to_scan, vertex_rows.size(), rows, jacobian, reach, options.residual_deviation, equations);
-        add_matches(to_surface, point_rows.size(), rows, jacobian, reach, options.residual_deviation, equations);
+        add_matches(to_scan, vertex_rows.size(), rows, jacobian, reach, options.residual_deviation, confidence,
+                    equations);
+        add_matches(to_surface, point_rows.size(), rows, jacobian, reach, options.residual_deviation, confidence,
+                    equations);
         add_landmarks(landmarks, posed, rows, jacobian, equations);
         Eigen::MatrixXd prior = model.prior();
         prior.topRows(model.scale_begin()) *= std::pow(first_rotation_prior, 1.0 - done);
@@ -227,12 +225,24 @@ Eigen::VectorXd fit_articulated(const ArticulatedModel& model, const ScanTarget&
         parameters += solve_step(std::move(equations), prior, parameters,
                                  options.proportions ? model.num_parameters() : model.scale_begin());
     }
+    if (score) *score = two_way_distance(model.posed_vertices(parameters), triangles, scan, options.samples);
     return parameters;
+}
+
+double two_way_distance(const Eigen::Ref<const Points>& vertices, const Eigen::Ref<const Triangles>& triangles,
+                        const ScanTarget& scan, int samples)
+{
+    const std::vector<int> vertex_rows = every_nth(static_cast<int>(vertices.rows()), samples);
+    const std::vector<int> point_rows = every_nth(static_cast<int>(scan.points.rows()), samples);
+    const auto to_scan =
+        match_surface_to_scan(vertices, vertex_normals(vertices, triangles), vertex_rows, scan, score_limit);
+    const auto to_surface = match_scan_to_surface(vertices, triangles, scan, point_rows, score_limit);
+    return 0.5 * (mean_distance(to_scan, vertex_rows.size()) + mean_distance(to_surface, point_rows.size()));
 }
 
 Eigen::VectorXd fit_articulated_to_vertices(const ArticulatedModel& model, const Eigen::Ref<const Points>& positions,
                                             const Eigen::VectorXd& weights, const Eigen::VectorXd& start,
-                                            int iterations)
+                                            int iterations, bool proportions)
 {
     const std::vector<int> rows = every_nth(model.num_vertices(), 1500);
     Eigen::VectorXd parameters = start;
@@ -252,7 +262,8 @@ Eigen::VectorXd fit_articulated_to_vertices(const ArticulatedModel& model, const
         }
         NormalEquations equations(model.num_parameters());
         equations.add(jacobian, residuals);
-        parameters += solve_step(std::move(equations), model.prior(), parameters, model.num_parameters());
+        parameters += solve_step(std::move(equations), model.prior(), parameters,
+                                 proportions ? model.num_parameters() : model.scale_begin());
     }
     return parameters;
 }

@@ -66,15 +66,19 @@ void describe(OptionList& list, ArticulatedFitOptions& options);
 
 /// Pose and proportions that bring the model to the scan, from `start`: Gauss-Newton on point-to-plane distances both
 /// ways with Geman-McClure weights whose reach shrinks, plus the model's prior, which is relaxed. `score` receives the
-/// mean of the distances both ways, cut off at 5 cm, of unmatched points 5 cm.
+/// mean of the distances both ways, cut off at 5 cm, of unmatched points 5 cm. `confidence`: N, how much the matches of
+/// a vertex count that lies inside the scan; empty: one.
 Eigen::VectorXd fit_articulated(const ArticulatedModel& model, const ScanTarget& scan, const Eigen::VectorXd& start,
                                 const std::vector<LandmarkTarget>& landmarks, const ArticulatedFitOptions& options,
-                                double* score = nullptr);
+                                double* score = nullptr, const Eigen::VectorXd& confidence = {});
+/// The mean of distances that `score` above receives, of any surface.
+double two_way_distance(const Eigen::Ref<const Points>& vertices, const Eigen::Ref<const Triangles>& triangles,
+                        const ScanTarget& scan, int samples);
 
-/// The same towards known positions of all vertices (N x 3; weights N >= 0): polishes pose and proportions once the
-/// skin is registered.
+/// The same towards known positions of all vertices (N x 3; weights N >= 0): polishes pose and, if `proportions`, these
+/// once the skin is registered.
 Eigen::VectorXd fit_articulated_to_vertices(const ArticulatedModel& model, const Eigen::Ref<const Points>& positions,
                                             const Eigen::VectorXd& weights, const Eigen::VectorXd& start,
-                                            int iterations);
+                                            int iterations, bool proportions);
 
 }  // namespace ndg

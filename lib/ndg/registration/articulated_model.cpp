@@ -18,6 +18,10 @@ constexpr double length_deviation = 0.03, girth_deviation = 0.15, extremity_devi
 /// Joints follow the breadth and depth of a part of the trunk with this exponent: fat lies outside them.
 constexpr double joint_share = 0.5;
 constexpr double difference_step = 1e-5;
+/// Share of an arm's turn that goes to the clavicle, in the prior's mean: between 45 and 120 degrees of elevation the
+/// shoulder joint's centre rises by some 2.8 cm (from the bone-pin means of Ludewig et al. 2009), 15 cm beside the
+/// clavicle's own joint.
+constexpr double clavicle_share = 0.15;
 
 std::vector<int> all_rows(Eigen::Index count)
 {
@@ -167,6 +171,11 @@ ArticulatedModel::ArticulatedModel(SkinnedSurface skin) : skin_(std::move(skin))
     for (std::size_t t = 0; t < turns_.size(); ++t) {
         prior_.block<3, 3>(turns_[t].parameter, turns_[t].parameter) = priors[t];
     }
+    for (const std::string side : {"left_", "right_"}) {
+        const int clavicle = turn_parameter(side + "clavicle"), arm = turn_parameter(side + "upper_arm");
+        prior_.block<3, 3>(clavicle, arm) =
+            -clavicle_share / (1.0 - clavicle_share) * prior_.block<3, 3>(clavicle, clavicle);
+    }
     for (Part& part : parts_) {
         part.parameter += scale_begin_;
         const int length = part.kind == PartKind::trunk ? 1 : part.kind == PartKind::limb ? 0 : -1;
@@ -177,6 +186,30 @@ ArticulatedModel::ArticulatedModel(SkinnedSurface skin) : skin_(std::move(skin))
             prior_(part.parameter + k, part.parameter + k) = 1.0 / deviation;
         }
     }
+}
+
+int ArticulatedModel::turn_parameter(const std::string& joint) const
+{
+    const std::vector<int> wanted = {standard_skeleton().joint(joint)};
+    const auto found =
+        std::find_if(turns_.begin(), turns_.end(), [&](const Turn& turn) { return turn.joints == wanted; });
+    require(found != turns_.end(), "{} does not turn alone", joint);
+    return found->parameter;
+}
+
+Eigen::VectorXd ArticulatedModel::with_arms(const Eigen::Vector3d& left_direction) const
+{
+    Eigen::VectorXd parameters = Eigen::VectorXd::Zero(num_parameters());
+    for (const double x : {1.0, -1.0}) {
+        const std::string side = x > 0 ? "left_" : "right_";
+        const Eigen::Vector3d bone = joint_parts_[standard_skeleton().joint(side + "upper_arm")].direction;
+        const Eigen::AngleAxisd turn(
+            minimal_rotation(bone, Eigen::Vector3d(x, 1.0, 1.0).cwiseProduct(left_direction).normalized()));
+        const Eigen::Vector3d vector = turn.angle() * turn.axis();
+        parameters.segment<3>(turn_parameter(side + "clavicle")) = clavicle_share * vector;
+        parameters.segment<3>(turn_parameter(side + "upper_arm")) = (1.0 - clavicle_share) * vector;
+    }
+    return parameters;
 }
 
 std::vector<ArticulatedModel::Scale> ArticulatedModel::joint_scales(const Eigen::VectorXd& parameters) const

@@ -42,6 +42,10 @@ public:
     int rotation_begin() const { return 7; }
     int scale_begin() const { return scale_begin_; }
 
+    /// All parameters zero but for arms along these directions (left; right is its mirror image), a share of the turn
+    /// taken by the clavicles.
+    Eigen::VectorXd with_arms(const Eigen::Vector3d& left_direction) const;
+
 private:
     struct Turn {
         std::vector<int> joints;  ///< turn by equal shares
@@ -65,6 +69,8 @@ private:
         double length = 1.0;
     };
     class Scale;
+    /// First parameter of the turn of a joint that turns alone.
+    int turn_parameter(const std::string& joint) const;
     void add_turn(const std::vector<std::string>& joints, double degrees_across, double degrees_along,
                   const Eigen::Vector3d& axis, std::vector<Eigen::Matrix3d>& priors);
     std::vector<Scale> joint_scales(const Eigen::VectorXd& parameters) const;

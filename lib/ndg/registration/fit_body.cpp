@@ -7,35 +7,26 @@
 #include "ndg/core/provenance.h"
 #include "ndg/geometry/triangle_mesh.h"
 #include "ndg/registration/fit_report.h"
-#include "ndg/registration/initial_alignment.h"
-#include "ndg/registration/rest_pose.h"
+#include "ndg/registration/raised_arms.h"
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
+#include <numeric>
 #include <optional>
 #include <utility>
 
 namespace ndg {
 namespace {
 
-/// Placements that are tried with a posed template.
-constexpr int num_candidates = 4;
-constexpr int trial_iterations = 10, trial_samples = 500;
 constexpr int polish_iterations = 6;
 /// Rounds of joints from the skin at rest, which needs the joints to be brought to rest.
 constexpr int joint_rounds = 3;
-
-Points transformed(const Points& points, const Eigen::Isometry3d& motion)
-{
-    return (points * motion.linear().transpose()).rowwise() + motion.translation().transpose();
-}
-
-ScanTarget make_target(const ScanPoints& scan, const Eigen::Isometry3d& template_from_file)
-{
-    return {transformed(scan.points, template_from_file), scan.normals * template_from_file.linear().transpose(),
-            scan.spacing};
-}
+/// Rounds of the likeliest shape, which needs the pose to be known, which needs the shape.
+constexpr int shape_rounds = 3;
+/// Shapes of a shoulder smaller than this are the likeliest person's, m.
+constexpr double shoulder_wavelength = 0.3;
 
 Points posed_joints(const Points& joints, const std::vector<Eigen::Isometry3d>& world_from_rest)
 {
@@ -53,39 +44,49 @@ void move_pose(const Eigen::Isometry3d& motion, const Eigen::Vector3d& root, Pos
     pose.parent_from_joint[0] = motion.linear() * pose.parent_from_joint[0];
 }
 
-struct NamedLandmarks {
-    Points in_file, on_template;          ///< L x 3, metres
-    std::vector<LandmarkTarget> targets;  ///< positions not yet placed
-};
-
-NamedLandmarks find_landmarks(const Template& body_template, const std::string& name, const ScanLandmarks& landmarks,
-                              double metres_per_unit)
+/// Height of the floor in the template's place, m; none where the scan had none.
+std::optional<double> floor_height(const ScanPoints& scan, const InitialAlignment& alignment)
 {
-    NamedLandmarks result;
-    const auto count = static_cast<Eigen::Index>(landmarks.size());
-    result.in_file.resize(count, 3);
-    result.on_template.resize(count, 3);
-    for (Eigen::Index i = 0; i < count; ++i) {
-        const auto& [landmark_name, position] = landmarks[i];
-        const auto& known = body_template.landmarks;
-        const auto found = std::find_if(known.begin(), known.end(),
-                                        [&, wanted = landmark_name](const Landmark& l) { return l.name == wanted; });
-        require_input(found != known.end(), "{}: the template has no landmark \"{}\"", name, landmark_name);
-        LandmarkTarget target;
-        target.vertices = body_template.skin_triangles.row(found->skin_triangle_idx).transpose();
-        target.barycentric = found->barycentric;
-        Eigen::RowVector3d on_template = Eigen::RowVector3d::Zero();
-        for (int k = 0; k < 3; ++k) {
-            on_template += target.barycentric[k] * body_template.rest.skin_vertices.row(target.vertices[k]);
-        }
-        result.in_file.row(i) = metres_per_unit * position.transpose();
-        result.on_template.row(i) = on_template;
-        result.targets.push_back(target);
+    if (!scan.floor) return std::nullopt;
+    const Eigen::Vector3d under_feet = scan.points.colwise().mean().transpose();
+    const Eigen::Vector3d normal = scan.floor->head<3>();
+    return (alignment.template_from_file *
+            Eigen::Vector3d(under_feet - (normal.dot(under_feet) - (*scan.floor)[3]) * normal))[1];
+}
+
+/// 1 at vertices all of whose neighbours are 1 too.
+Eigen::VectorXd eroded(const Eigen::VectorXd& values, const Eigen::Ref<const Triangles>& triangles)
+{
+    Eigen::VectorXd result = values;
+    for (Eigen::Index t = 0; t < triangles.rows(); ++t) {
+        const double least = std::min({values[triangles(t, 0)], values[triangles(t, 1)], values[triangles(t, 2)]});
+        for (int k = 0; k < 3; ++k) result[triangles(t, k)] = std::min(result[triangles(t, k)], least);
     }
     return result;
 }
 
+/// Least share of a hand that a fit sees near the scan where the hand is open as the template's is.
+constexpr double open_hand = 0.6;
+constexpr double open_hand_distance = 0.006;
+/// Weight of covered skin where pose is found: clothes lie around the limbs.
+constexpr double covered_confidence = 0.05;
+/// Share of the distance between first surface and posed template that counts against a placement.
+constexpr double bending_share = 0.5;
+constexpr int placement_samples = 3000;
+
 }  // namespace
+
+/// A fit on its way.
+struct BodyFitter::State {
+    InitialAlignment alignment;
+    ScanTarget target;
+    std::vector<LandmarkTarget> landmarks;
+    SkinnedSurface shape;  ///< what the model poses: the template, then the likeliest person
+    Eigen::VectorXd parameters;
+    Points registered;
+    std::vector<char> covered;   ///< N, where the scan does not show skin
+    Eigen::VectorXd confidence;  ///< N, 0 there and next to it
+};
 
 ScanLandmarks read_scan_landmarks(const std::string& path)
 {
@@ -104,11 +105,20 @@ void describe(OptionList& list, FitOptions& options)
     list.add("armpit-factor", options.armpit_factor, "weight of the regulariser at the armpits", 1, 1e8);
     list.add("armpit-radius", options.armpit_radius, "around each armpit, m", 0.001, 0.3);
     list.add("rounds", options.rounds, "of pose and proportions, then surface", 1, 10);
+    list.add("placements", options.placements, "fitted to the end where several are likely", 1, 10).no_flag();
     describe(list, options.nonrigid);
     list.add("max-mean", options.max_mean, "gate: mean distance of scan points to the skin, noise included, m", 1e-5,
              0.1);
     list.add("min-coverage", options.min_coverage, "gate: share of the scan near the skin", 0, 1);
     list.add("min-seen", options.min_seen, "gate: share of the skin that the scan shows", 0, 1);
+    list.add("min-segment-seen", options.min_segment_seen,
+             "gate: share of each segment that the scan shows; of hands and feet 0.6 of it", 0, 1);
+    list.add("min-segment-coverage", options.min_segment_coverage, "gate: share of the scan near each segment", 0, 1);
+    list.add("max-segment-mean", options.max_segment_mean, "gate: mean distance at each segment, m", 1e-5, 0.1);
+    list.add("max-taller", options.max_taller, "gate: height of the fit over the scan's, m", 0, 1).no_flag();
+    list.add("max-shorter", options.max_shorter, "gate: height of the scan over the fit's, m", 0, 1).no_flag();
+    list.add("min-shoulder-breadth", options.min_shoulder_breadth, "gate: of the stature", 0, 1).no_flag();
+    list.add("max-shoulder-breadth", options.max_shoulder_breadth, "gate: of the stature", 0, 1).no_flag();
     list.add("covered", options.covered, "gate: near is nearer than this, m", 1e-4, 1).no_flag();
     list.add("min-stature", options.min_stature, "gate: m", 0, 10).no_flag();
     list.add("max-stature", options.max_stature, "gate: m", 0, 10).no_flag();
@@ -126,19 +136,172 @@ BodyFitter::BodyFitter(const Template& body_template, const FitOptions& options,
       options_((check_options(options), options)),
       model_({body_template.rest.skin_vertices, body_template.skin_triangles, body_template.skin_weights,
               body_template.rest.joint_positions}),
+      areas_(vertex_areas(model_.skin().vertices, model_.skin().triangles)),
       stiffness_(stiffness_weights(model_.skin(), options.armpit_factor, options.armpit_radius)),
+      segments_(skin_segments(model_.skin().weights)),
       regressor_(model_.skin().vertices, model_.skin().weights, model_.skin().joint_positions, examples),
-      starts_(model_.skin(), regressor_, examples)
+      prior_(model_.skin(), examples)
 {
 }
 
-/// The registered skin brought to rest; `joints` (at rest) are estimated anew with it.
-Points BodyFitter::to_rest(const Points& registered, const Pose& pose, Points& joints) const
+NamedLandmarks BodyFitter::find_landmarks(const std::string& name, const ScanLandmarks& landmarks,
+                                          double metres_per_unit) const
 {
+    NamedLandmarks result;
+    const auto count = static_cast<Eigen::Index>(landmarks.size());
+    result.in_file.resize(count, 3);
+    result.on_template.resize(count, 3);
+    for (Eigen::Index i = 0; i < count; ++i) {
+        const auto& [landmark_name, position] = landmarks[i];
+        const auto& known = template_.landmarks;
+        const auto found = std::find_if(known.begin(), known.end(),
+                                        [&, wanted = landmark_name](const Landmark& l) { return l.name == wanted; });
+        require_input(found != known.end(), "{}: the template has no landmark \"{}\"", name, landmark_name);
+        LandmarkTarget target;
+        target.vertices = template_.skin_triangles.row(found->skin_triangle_idx).transpose();
+        target.barycentric = found->barycentric;
+        Eigen::RowVector3d on_template = Eigen::RowVector3d::Zero();
+        for (int k = 0; k < 3; ++k) {
+            on_template += target.barycentric[k] * template_.rest.skin_vertices.row(target.vertices[k]);
+        }
+        result.in_file.row(i) = metres_per_unit * position.transpose();
+        result.on_template.row(i) = on_template;
+        result.targets.push_back(target);
+    }
+    return result;
+}
+
+/// The likeliest placement and the surface fitted there.
+BodyFitter::State BodyFitter::first_surface(const std::string& name, const ScanPoints& scan,
+                                            NamedLandmarks landmarks) const
+{
+    std::vector<Placement> placements;
+    if (landmarks.in_file.rows() >= 3) {
+        const InitialAlignment alignment = align_by_landmarks(name, landmarks.in_file, landmarks.on_template);
+        Eigen::VectorXd start = Eigen::VectorXd::Zero(model_.num_parameters());
+        start[6] = std::log(alignment.template_scale);
+        start.segment<3>(3) = (alignment.template_scale - 1.0) * model_.skin().joint_positions.row(0).transpose();
+        placements.push_back({alignment, make_target(scan, alignment.template_from_file), start, 0.0});
+    } else {
+        placements = find_placements(name, scan, model_, options_.articulated, options_.placements);
+    }
+    ArticulatedFitOptions articulated = options_.articulated;
+    if (landmarks.in_file.rows() < 3) articulated.first_reach = std::min(articulated.first_reach, 0.05);
+
+    std::optional<State> best;
+    double least = 0.0;
+    for (Placement& placement : placements) {
+        State state = {
+            placement.alignment, std::move(placement.target), landmarks.targets, model_.skin(), {}, {}, {}, {}};
+        for (std::size_t i = 0; i < state.landmarks.size(); ++i) {
+            state.landmarks[i].position = placement.alignment.template_from_file *
+                                          landmarks.in_file.row(static_cast<Eigen::Index>(i)).transpose();
+        }
+        state.parameters = fit_articulated(model_, state.target, placement.parameters, state.landmarks, articulated);
+        const Points reference = model_.posed_vertices(state.parameters);
+        state.registered =
+            fit_nonrigid(reference, model_.skin().triangles, state.target, reference, stiffness_, options_.nonrigid);
+        const double score =
+            two_way_distance(state.registered, model_.skin().triangles, state.target, placement_samples) +
+            bending_share * (state.registered - reference).rowwise().norm().mean();
+        log_debug("{}: up {}, {:.1f} mm with the surface", name, to_name(placement.alignment.up), 1e3 * score);
+        if (best && score >= least) continue;
+        least = score;
+        best.emplace(std::move(state));
+    }
+    best->covered.assign(model_.num_vertices(), 0);
+    best->confidence = Eigen::VectorXd::Ones(model_.num_vertices());
+    return std::move(*best);
+}
+
+/// The person whom the examples make likeliest takes the template's place; what is not skin is left out from here on.
+void BodyFitter::take_likeliest_shape(State& state) const
+{
+    const Triangles& triangles = model_.skin().triangles;
+    std::vector<int> rows(model_.num_vertices());
+    std::iota(rows.begin(), rows.end(), 0);
+    Eigen::VectorXd evidence = Eigen::VectorXd::Zero(model_.num_vertices());
+    std::array<double, num_skin_segments> seen{}, area{};
+    for (const PlaneMatch& match : match_surface_to_scan(state.registered, vertex_normals(state.registered, triangles),
+                                                         rows, state.target, options_.covered)) {
+        evidence[match.vertex] = areas_[match.vertex];
+        if (std::abs(match.residual) < open_hand_distance) {
+            seen[static_cast<std::size_t>(segments_[match.vertex])] += areas_[match.vertex];
+        }
+    }
+    for (const int v : rows) area[static_cast<std::size_t>(segments_[v])] += areas_[v];
+
+    const auto is_closed_hand = [&](int v) {
+        const auto s = static_cast<std::size_t>(segments_[v]);
+        return pair_of(segments_[v]) == SegmentPair::hands && seen[s] > 0 && seen[s] < open_hand * area[s];
+    };
+    for (const int v : rows) {
+        if (is_closed_hand(v)) evidence[v] = 0.0;
+    }
+    HemCover hems = {{}, std::vector<char>(rows.size(), 0)};
+    for (int round = 0; round < shape_rounds; ++round) {
+        const ArticulatedModel model(state.shape);
+        state.parameters =
+            fit_articulated_to_vertices(model, state.registered, evidence, state.parameters, polish_iterations,
+                                        round == 0 || !raised_arms(model.pose(state.parameters)));
+        Points joints = model.rest_joints(state.parameters);
+        const Pose pose = model.pose(state.parameters);
+        const Points rest = to_rest(state, pose, joints);
+        const Eigen::VectorXd trusted = evidence.cwiseProduct(unposed_confidence(state.shape, pose));
+        if (round == 1) hems = find_hems(state.shape, model.posed_vertices(state.parameters), state.target);
+        ShapePrior::Explanation explanation = prior_.explain(rest, trusted, hems);
+        // Heading, place and joints stay; the new shape has other proportions, and its root elsewhere.
+        state.parameters.segment<3>(3) +=
+            joints.row(0).transpose() - explanation.shape.joint_positions.row(0).transpose();
+        state.parameters[6] = 0.0;
+        state.parameters.tail(state.parameters.size() - model.scale_begin()).setZero();
+        state.shape = std::move(explanation.shape);
+        state.covered = std::move(explanation.covered);
+    }
+    for (const int v : rows) {
+        if (is_closed_hand(v)) state.covered[v] = 1;
+        state.confidence[v] = state.covered[v] ? 0.0 : 1.0;
+    }
+    state.confidence = eroded(eroded(state.confidence, triangles), triangles);
+}
+
+/// Pose and proportions, then the surface, of the present shape.
+void BodyFitter::fit_pose_and_surface(State& state) const
+{
+    const ArticulatedModel model(state.shape);
+    ArticulatedFitOptions again = options_.articulated;
+    again.first_reach = std::min(again.first_reach, 0.03);
+    again.iterations = (again.iterations + 1) / 2;
+    again.proportions =
+        again.proportions && state.confidence.minCoeff() > 0 && !raised_arms(model.pose(state.parameters));
+    state.parameters = fit_articulated(model, state.target, state.parameters, state.landmarks, again, nullptr,
+                                       state.confidence.cwiseMax(covered_confidence));
+    const Points reference = model.posed_vertices(state.parameters);
+    state.registered = fit_nonrigid(reference, model.skin().triangles, state.target, reference, stiffness_,
+                                    options_.nonrigid, state.confidence);
+    state.parameters = fit_articulated_to_vertices(model, state.registered, areas_, state.parameters, polish_iterations,
+                                                   again.proportions);
+}
+
+/// The registered skin brought to rest; `joints` (at rest) are estimated anew with it.
+Points BodyFitter::to_rest(const State& state, const Pose& pose, Points& joints) const
+{
+    const ArticulatedModel model(state.shape);
+    const Eigen::VectorXd confidence = unposed_confidence(state.shape, pose);
+    // Pose alone, without what the posed skin made of the proportions.
+    Eigen::VectorXd parameters = state.parameters;
+    parameters.tail(parameters.size() - model.scale_begin()).setZero();
+    const Points reference = model.rest_vertices(parameters), reference_joints = model.rest_joints(parameters);
     Points rest;
     for (int round = 0; round < joint_rounds; ++round) {
-        rest = unpose(registered, model_.skin().weights, forward_kinematics(standard_skeleton(), joints, pose));
-        if (round + 1 < joint_rounds) joints = regressor_.joints(rest);
+        rest = unpose(state.registered, model_.skin().weights, forward_kinematics(standard_skeleton(), joints, pose));
+        if (confidence.minCoeff() < 1.0) {
+            rest = complete_surface(reference, model_.skin().triangles, rest, confidence, shoulder_wavelength);
+        }
+        if (round + 1 < joint_rounds) {
+            joints = regressor_.joints(rest);
+            keep_raised_arms(pose, reference_joints, joints);
+        }
     }
     return rest;
 }
@@ -149,107 +312,47 @@ FittedBody BodyFitter::fit(const std::string& name, const ScanPoints& scan, cons
     const auto seconds = [&] {
         return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_time).count();
     };
-    const SkinnedSurface& skin = model_.skin();
-    NamedLandmarks named = find_landmarks(template_, name, landmarks, scan.metres_per_unit);
-    const std::vector<InitialAlignment> candidates =
-        named.in_file.rows() >= 3
-            ? std::vector<InitialAlignment>{align_by_landmarks(name, named.in_file, named.on_template)}
-            : align_initially(scan, skin, num_candidates);
-    log_debug("{}: {} placements after {:.2f} s", name, candidates.size(), seconds());
-
-    // The placement whose posed template fits best.
-    const InitialAlignment* placement = nullptr;
-    std::optional<ScanTarget> target;
-    Eigen::VectorXd parameters;
-    double best = 0.0;
-    for (const InitialAlignment& candidate : candidates) {
-        ScanTarget moved = make_target(scan, candidate.template_from_file);
-        Eigen::VectorXd start = Eigen::VectorXd::Zero(model_.num_parameters());
-        start[6] = std::log(candidate.template_scale);
-        start.segment<3>(3) = (candidate.template_scale - 1.0) * skin.joint_positions.row(0).transpose();
-        double score = 0.0;
-        if (candidates.size() > 1) {
-            ArticulatedFitOptions trial = options_.articulated;
-            trial.iterations = trial_iterations;
-            trial.samples = trial_samples;
-            trial.last_reach = 0.02;
-            start = fit_articulated(model_, moved, start, {}, trial, &score);
-        }
-        const Eigen::Matrix3d turn = candidate.template_from_file.linear();
-        log_debug("{}: up {}, heading {:.0f} degrees, distance {:.1f} mm rigid, {:.1f} mm posed", name,
-                  to_name(candidate.up), std::atan2(turn(0, 2), turn(2, 2)) * 180.0 / EIGEN_PI, 1e3 * candidate.error,
-                  1e3 * score);
-        if (placement != nullptr && score >= best) continue;
-        best = score;
-        placement = &candidate;
-        target.emplace(std::move(moved));
-        parameters = start;
-    }
-    for (std::size_t i = 0; i < named.targets.size(); ++i) {
-        named.targets[i].position =
-            placement->template_from_file * named.in_file.row(static_cast<Eigen::Index>(i)).transpose();
-    }
-    ArticulatedFitOptions articulated = options_.articulated;
-    if (candidates.size() > 1) articulated.first_reach = std::min(articulated.first_reach, 0.05);
-    parameters = fit_articulated(model_, *target, parameters, named.targets, articulated);
-    log_debug("{}: pose and proportions after {:.2f} s", name, seconds());
-
-    const Eigen::VectorXd areas = vertex_areas(skin.vertices, skin.triangles);
-    const ArticulatedModel* model = &model_;
-    std::optional<ArticulatedModel> start_model;
-    Points registered;
-    for (int round = 0; round < options_.rounds; ++round) {
-        const bool from_example = round == 1 && !starts_.empty();
-        if (round > 0) {
-            parameters = fit_articulated_to_vertices(*model, registered, areas, parameters, polish_iterations);
-        }
-        if (from_example) {
-            Points joints = model->rest_joints(parameters);
-            const Points rest = to_rest(registered, model->pose(parameters), joints);
-            start_model.emplace(starts_.nearest(rest));
-            model = &*start_model;
-            // Heading, place and joints stay; the example has other proportions, and its root elsewhere.
-            parameters.segment<3>(3) += joints.row(0).transpose() - model->skin().joint_positions.row(0).transpose();
-            parameters[6] = 0.0;
-            parameters.tail(parameters.size() - model->scale_begin()).setZero();
-            ArticulatedFitOptions again = options_.articulated;
-            again.first_reach = std::min(again.first_reach, 0.03);
-            again.iterations = (again.iterations + 1) / 2;
-            parameters = fit_articulated(*model, *target, parameters, named.targets, again);
-        }
-        const Points reference = model->posed_vertices(parameters);
-        registered = fit_nonrigid(reference, skin.triangles, *target, reference, stiffness_, options_.nonrigid);
+    State state = first_surface(name, scan, find_landmarks(name, landmarks, scan.metres_per_unit));
+    log_debug("{}: first surface after {:.2f} s", name, seconds());
+    for (int round = 1; round < options_.rounds; ++round) {
+        if (!prior_.empty()) take_likeliest_shape(state);
+        fit_pose_and_surface(state);
         log_debug("{}: surface after {:.2f} s", name, seconds());
     }
-    parameters = fit_articulated_to_vertices(*model, registered, areas, parameters, polish_iterations);
 
+    const ArticulatedModel model(state.shape);
     FittedBody result;
-    result.pose = model->pose(parameters);
-    Points joints = model->rest_joints(parameters);
-    Points rest = to_rest(registered, result.pose, joints);
+    result.pose = model.pose(state.parameters);
+    Points joints = model.rest_joints(state.parameters);
+    Points rest = to_rest(state, result.pose, joints);
+    const Points posed = linear_blend_skinning(rest, model_.skin().weights,
+                                               forward_kinematics(standard_skeleton(), joints, result.pose));
     // Feet on the floor, pelvis where the template has it.
-    Eigen::RowVector3d shift = skin.joint_positions.row(0) - joints.row(0);
+    Eigen::RowVector3d shift = model_.skin().joint_positions.row(0) - joints.row(0);
     shift[1] = -rest.col(1).minCoeff();
     result.pose.root_translation -= shift.transpose();
     joints.rowwise() += shift;
     rest.rowwise() += shift;
 
+    const Axis up = state.alignment.up;
     const Eigen::Isometry3d scan_from_template =
-        Eigen::Isometry3d(Eigen::AngleAxisd(rotation_to_y_up(placement->up))) * placement->template_from_file.inverse();
-    measure_fit(registered, rest, model->rest_vertices(parameters), skin.triangles, *target, options_, result.report);
+        Eigen::Isometry3d(Eigen::AngleAxisd(rotation_to_y_up(up))) * state.alignment.template_from_file.inverse();
+    FitReport& report = result.report;
+    report.notes = scan.notes;
+    measure_fit({posed, rest, model.rest_vertices(state.parameters), joints, state.covered}, model_.skin(),
+                state.target, floor_height(scan, state.alignment), options_, report);
     move_pose(scan_from_template, joints.row(0).transpose(), result.pose);
     const auto world_from_rest = forward_kinematics(standard_skeleton(), joints, result.pose);
-    result.posed_skin = linear_blend_skinning(rest, skin.weights, world_from_rest);
+    result.posed_skin = linear_blend_skinning(rest, model_.skin().weights, world_from_rest);
     result.posed_joints = posed_joints(joints, world_from_rest);
     result.body.name = name;
     result.body.skin_vertices = std::move(rest);
     result.body.joint_positions = std::move(joints);
 
-    FitReport& report = result.report;
     report.name = name;
     report.unit = to_name(scan.unit);
     report.unit_guessed = scan.unit_guessed;
-    report.up = to_name(placement->up);
+    report.up = to_name(up);
     report.up_guessed = scan.up_axes.size() > 1;
     report.file_points = scan.file_points;
     const Eigen::Matrix3d turn = result.pose.parent_from_joint[0];

@@ -36,6 +36,17 @@ FitReport parse_report(const std::string& path, const std::string& text)
         json.at("flipped_triangles").get_to(r.flipped_triangles);
         json.at("smallest_area_ratio").get_to(r.smallest_area_ratio);
         json.at("worst_triangles").get_to(r.worst_triangles);
+        json.at("fit_height_m").get_to(r.fit_height);
+        json.at("scan_height_m").get_to(r.scan_height);
+        json.at("shoulder_breadth_m").get_to(r.shoulder_breadth);
+        for (int s = 0; s < num_skin_segments; ++s) {
+            const std::string& name = segment_name(static_cast<SkinSegment>(s));
+            const nlohmann::json& segment = json.at("segments").at(name);
+            r.segments.push_back(
+                {name, segment.at("seen"), segment.at("coverage"), segment.at("mean_m"), segment.at("covered")});
+        }
+        json.at("notes").get_to(r.notes);
+        json.at("warnings").get_to(r.warnings);
         json.at("seconds").get_to(r.seconds);
         json.at("defects").get_to(r.defects);
     } catch (const nlohmann::json::exception& error) {

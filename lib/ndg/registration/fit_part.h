@@ -6,7 +6,7 @@
 
 namespace ndg {
 
-inline const PartKind scan_parts = {"ndg-fit-part", 2, "scans"};
+inline const PartKind scan_parts = {"ndg-fit-part", 3, "scans"};
 
 /// A finished scan of a batch as the payload of its part, double precision. The report comes
 /// back as it was written.

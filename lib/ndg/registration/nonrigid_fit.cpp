@@ -52,7 +52,8 @@ SparseMatrix positive_laplacian(const Eigen::Ref<const Points>& vertices, const 
 }
 
 std::vector<Term> find_terms(const Points& vertices, const Eigen::Ref<const Triangles>& triangles,
-                             const Eigen::VectorXd& areas, const ScanTarget& scan, int scan_samples, double reach)
+                             const Eigen::VectorXd& areas, const ScanTarget& scan, int scan_samples, double reach,
+                             const Eigen::VectorXd& confidence)
 {
     const double max_distance = 3.0 * reach;
     std::vector<Term> terms;
@@ -62,7 +63,9 @@ std::vector<Term> find_terms(const Points& vertices, const Eigen::Ref<const Tria
     for (const PlaneMatch& match : match_surface_to_scan(vertices, normals, rows, scan, max_distance)) {
         // A quarter of the weight is this direction's, three quarters are the other's.
         terms.push_back({Eigen::Vector3i::Constant(match.vertex), Eigen::Vector3d::UnitX(), match.normal,
-                         match.residual, 0.25 * areas[match.vertex] * geman_mcclure(match.residual, reach)});
+                         match.residual,
+                         0.25 * (match.residual < 0 ? confidence[match.vertex] : 1.0) * areas[match.vertex] *
+                             geman_mcclure(match.residual, reach)});
     }
 
     const TriangleTree tree(vertices, triangles);
@@ -83,13 +86,16 @@ std::vector<Term> find_terms(const Points& vertices, const Eigen::Ref<const Tria
         }
         // Interpolated normals: a coarse surface is fitted as the smooth one it stands for.
         Eigen::Vector3d normal = Eigen::Vector3d::Zero();
+        double confident = 0.0;
         for (int k = 0; k < 3; ++k) {
             normal += closest.barycentric[k] * normals.row(triangles(closest.triangle_idx, k)).transpose();
+            confident += closest.barycentric[k] * confidence[triangles(closest.triangle_idx, k)];
         }
         normal.normalize();
         const double residual = normal.dot(closest.point - position);
+        if (residual >= 0) confident = 1.0;
         found[i] = {triangles.row(closest.triangle_idx).transpose(), closest.barycentric, normal, residual,
-                    0.75 * area * geman_mcclure(residual, reach)};
+                    0.75 * confident * area * geman_mcclure(residual, reach)};
     }
     for (Term& term : found) {
         if (term.weight > 0) terms.push_back(std::move(term));
@@ -204,9 +210,10 @@ void describe(OptionList& list, NonrigidFitOptions& options)
 
 Points fit_nonrigid(const Eigen::Ref<const Points>& reference, const Eigen::Ref<const Triangles>& triangles,
                     const ScanTarget& scan, const Eigen::Ref<const Points>& start, const Eigen::VectorXd& stiffness,
-                    const NonrigidFitOptions& options)
+                    const NonrigidFitOptions& options, const Eigen::VectorXd& given_confidence)
 {
     const Eigen::Index count = reference.rows();
+    const Eigen::VectorXd confidence = given_confidence.size() > 0 ? given_confidence : Eigen::VectorXd::Ones(count);
     require(start.rows() == count && stiffness.size() == count,
             "{} start positions and {} stiffness values for {} "
             "vertices",
@@ -227,7 +234,8 @@ Points fit_nonrigid(const Eigen::Ref<const Points>& reference, const Eigen::Ref<
         const double reach = options.first_reach * std::pow(options.last_reach / options.first_reach, done);
         const double lambda = std::pow(wavelength / (2.0 * EIGEN_PI), 4);
 
-        const std::vector<Term> terms = find_terms(vertices, triangles, areas, scan, options.scan_samples, reach);
+        const std::vector<Term> terms =
+            find_terms(vertices, triangles, areas, scan, options.scan_samples, reach, confidence);
         const SparseMatrix smoothness = lambda * bilaplacian;
         const Eigen::VectorXd damping = options.tangential * areas;
 
@@ -252,6 +260,36 @@ Points fit_nonrigid(const Eigen::Ref<const Points>& reference, const Eigen::Ref<
         vertices += solve_step(smoothness, damping, terms, preconditioner, right_hand_side);
     }
     return vertices;
+}
+
+Points complete_surface(const Eigen::Ref<const Points>& reference, const Eigen::Ref<const Triangles>& triangles,
+                        const Eigen::Ref<const Points>& vertices, const Eigen::VectorXd& confidence, double wavelength)
+{
+    // A vertex given for certain is held this much more firmly than the regulariser pulls.
+    constexpr double firmness = 1e3;
+    constexpr int rounds = 3;
+    const SparseMatrix laplacian = positive_laplacian(reference, triangles);
+    const Eigen::VectorXd areas = vertex_areas(reference, triangles).cwiseMax(1e-8);
+    const Eigen::VectorXd data = firmness * confidence.cwiseProduct(areas);
+    const double lambda = std::pow(wavelength / (2.0 * EIGEN_PI), 4);
+    const SparseMatrix weighted = lambda * (laplacian.transpose() * areas.cwiseInverse().asDiagonal());
+    SparseMatrix matrix = weighted * laplacian;
+    for (Eigen::Index v = 0; v < matrix.rows(); ++v) matrix.coeffRef(v, v) += data[v] + 1e-6 * areas[v];
+    matrix.makeCompressed();
+    SparseCholesky factor;
+    factor.analyze(matrix);
+    require(factor.factorize(matrix), "the regulariser of the registration is not positive definite");
+    const Eigen::MatrixXd differential = laplacian * reference;
+    Points result = vertices;
+    for (int round = 0; round < rounds; ++round) {
+        const auto rotations = neighbourhood_rotations(laplacian, reference, result);
+        Eigen::MatrixXd rotated(reference.rows(), 3);
+        for (Eigen::Index v = 0; v < rotated.rows(); ++v) {
+            rotated.row(v) = differential.row(v) * rotations[v].transpose();
+        }
+        result = factor.solve(data.asDiagonal() * vertices + weighted * rotated);
+    }
+    return result;
 }
 
 }  // namespace ndg

@@ -29,10 +29,16 @@ Eigen::VectorXd stiffness_weights(const SkinnedSurface& skin, double armpit_fact
 /// by vertex areas A_i, R_i the rotation of a vertex's neighbourhood, re-estimated before each solve, s_i the stiffness
 /// weights. Where the scan has holes no matches stand and the surface follows its neighbours smoothly. Each step is a
 /// normal system solved by conjugate gradients, preconditioned by a sparse Cholesky factorisation of its regulariser
-/// and areas. `reference`: the posed template, N x 3.
+/// and areas. `reference`: the posed template, N x 3. `confidence`: N, how much the matches of a vertex count that lies
+/// inside the scan; empty: one; where it is zero the surface follows its neighbours too, but not out of the scan.
 Points fit_nonrigid(const Eigen::Ref<const Points>& reference, const Eigen::Ref<const Triangles>& triangles,
                     const ScanTarget& scan, const Eigen::Ref<const Points>& start, const Eigen::VectorXd& stiffness,
-                    const NonrigidFitOptions& options);
+                    const NonrigidFitOptions& options, const Eigen::VectorXd& confidence = {});
+
+/// `vertices` where `confidence` (N, 0 to 1) is one, and the shape of `reference` where it is zero, joined smoothly:
+/// minimises sum_i A_i c_i |x_i - v_i|^2 + (wavelength / 2 pi)^4 sum_i A_i |L x_i - R_i L x_i^ref|^2, as above.
+Points complete_surface(const Eigen::Ref<const Points>& reference, const Eigen::Ref<const Triangles>& triangles,
+                        const Eigen::Ref<const Points>& vertices, const Eigen::VectorXd& confidence, double wavelength);
 
 /// Rotation of the neighbourhood of each vertex from `reference` to `deformed`: polar factor of the covariance of its
 /// edges weighted by `laplacian`'s entries (Sorkine and Alexa 2007).

@@ -21,7 +21,7 @@ People read_people(const std::string& path)
             const JsonValue sex = entry.at("sex");
             person.sex = sex.is_text() ? male_share(parse_name<Sex>(sex.text(), sex.where())) : sex.number(0.0, 1.0);
         }
-        person.age_years = entry.number_or("age_years", person.age_years, 0.0, 130.0);
+        person.age_years = entry.number_or("age_years", person.age_years, 18.0, 130.0);
         people[name] = person;
     }
     return people;

@@ -146,14 +146,19 @@ void flip_edges(const RowMatrix& attributes, Triangles& triangles, Random& rando
 
 }  // namespace
 
+void split_long_edges(RowMatrix& attributes, Triangles& triangles, double length)
+{
+    for (int round = 0; round < max_rounds && split_round(attributes, triangles, length); ++round) {
+    }
+}
+
 void retriangulate(RowMatrix& attributes, Triangles& triangles, int num_vertices, Random& random)
 {
     // An equilateral triangulation has one vertex per sqrt(3)/2 of the squared edge; splitting at a limit leaves edges
     // of between half of it and all of it, about 0.72 of it in the mean.
     const double area = triangle_areas(Points(attributes.leftCols(3)), triangles).sum();
     const double limit = std::sqrt(area / num_vertices / (0.5 * std::sqrt(3.0))) / 0.72;
-    for (int round = 0; round < max_rounds && split_round(attributes, triangles, limit); ++round) {
-    }
+    split_long_edges(attributes, triangles, limit);
     jitter(attributes, triangles, random);
     flip_edges(attributes, triangles, random);
 }

@@ -6,7 +6,12 @@
 #include "ndg/geometry/rotation.h"
 #include "ndg/geometry/triangle_mesh.h"
 #include "ndg/io/mesh.h"
+#include "ndg/scan/retriangulate.h"
+#include "ndg/scan/scan_cut.h"
 #include "ndg/scan/scan_normals.h"
+#include "ndg/scan/scan_orientation.h"
+
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
@@ -18,33 +23,19 @@ namespace ndg {
 namespace {
 
 constexpr std::array<double, 6> metres_per_unit = {1.0, 0.1, 0.01, 0.001, 0.0254, 0.3048};
-/// Largest extent of a standing adult, m: stature, or span of the arms. Adults of 1.2 to 2.35 m leave every two of the
-/// units apart (their ratios are 2.54, 3.05, 3.28...; the range's own is 1.96).
-constexpr double min_extent = 1.2, max_extent = 2.35;
+/// Largest extent of a standing adult, m: stature, span of the arms, or up to the tips of raised hands. The range
+/// leaves every two of the units apart (their ratios are 2.54, 3.05, 3.28...; the range's own is 2.42).
+constexpr double min_extent = 1.2, max_extent = 2.9;
 /// With a given unit, sizes that are no person at all, m.
 constexpr double least_extent = 0.4, greatest_extent = 4.0;
-constexpr Eigen::Index min_points = 500;
+constexpr std::size_t min_points = 500;
+/// Edges of a mesh are split until they are shorter than this share of its size: before floor and stray parts are
+/// looked for, and for the points that are registered (10 mm for a person of 1.75 m).
+constexpr double coarse_edge = 0.02, fine_edge = 0.006;
 /// An axis this much shorter than the longest one is not up (share of the longest).
 constexpr double min_up_share = 2.0 / 3.0;
 /// Points whose best plane gives the normal: at 5 mm spacing a patch of about 3 cm.
 constexpr int normal_neighbours = 24;
-
-/// Extents between the 0.1 and 99.9 percentiles along the axes: a few stray points do not matter.
-Eigen::Vector3d robust_extents(const Points& points)
-{
-    Eigen::Vector3d extents;
-    std::vector<double> values(points.rows());
-    const auto rank = static_cast<std::ptrdiff_t>(values.size() / 1000);
-    for (int k = 0; k < 3; ++k) {
-        for (std::size_t i = 0; i < values.size(); ++i) values[i] = points(static_cast<Eigen::Index>(i), k);
-        const auto low = values.begin() + rank, high = values.end() - 1 - rank;
-        std::nth_element(values.begin(), low, values.end());
-        const double lowest = *low;
-        std::nth_element(values.begin(), high, values.end());
-        extents[k] = *high - lowest;
-    }
-    return extents;
-}
 
 /// Cell of each point of a grid: the same number for points of the same cell.
 std::vector<std::pair<std::uint64_t, int>> sorted_cells(const Points& points, double spacing, Eigen::Index stride)
@@ -96,13 +87,76 @@ void thin_out(Points& points, Points& normals, int max_points)
     normals = std::move(kept_normals);
 }
 
+/// The rows whose flag is set.
 void keep_rows(Points& points, const std::vector<char>& keep)
 {
     Eigen::Index count = 0;
-    for (Eigen::Index i = 0; i < points.rows(); ++i) {
-        if (keep[i]) points.row(count++) = points.row(i);
+    for (std::size_t i = 0; i < keep.size(); ++i) {
+        if (keep[i]) points.row(count++) = points.row(static_cast<Eigen::Index>(i));
     }
     points.conservativeResize(count, 3);
+}
+
+/// Triangles all of whose corners are kept; the vertices stay.
+void keep_triangles(Triangles& triangles, const std::vector<char>& keep)
+{
+    Eigen::Index count = 0;
+    for (Eigen::Index t = 0; t < triangles.rows(); ++t) {
+        if (keep[triangles(t, 0)] && keep[triangles(t, 1)] && keep[triangles(t, 2)]) {
+            triangles.row(count++) = triangles.row(t);
+        }
+    }
+    triangles.conservativeResize(count, 3);
+}
+
+/// Only the vertices that triangles use.
+void drop_unused_vertices(Points& vertices, Triangles& triangles)
+{
+    std::vector<int> new_of_old(vertices.rows(), -1);
+    for (Eigen::Index i = 0; i < triangles.size(); ++i) new_of_old[triangles.data()[i]] = 0;
+    int count = 0;
+    for (std::size_t v = 0; v < new_of_old.size(); ++v) {
+        if (new_of_old[v] < 0) continue;
+        vertices.row(count) = vertices.row(static_cast<Eigen::Index>(v));
+        new_of_old[v] = count++;
+    }
+    vertices.conservativeResize(count, 3);
+    for (Eigen::Index i = 0; i < triangles.size(); ++i) triangles.data()[i] = new_of_old[triangles.data()[i]];
+}
+
+/// Edges longer than a share of the scan's size split: a large triangle is surface too.
+void sample_triangles(Points& vertices, Triangles& triangles, double share)
+{
+    RowMatrix attributes = vertices;
+    split_long_edges(attributes, triangles, share * robust_extents(vertices).maxCoeff());
+    vertices = attributes;
+}
+
+/// Takes floor and stray parts away, in the file's unit, and says so. Returns the floor.
+std::optional<ScanFloor> cut_away(Points& points, Triangles& triangles, bool is_cloud, std::vector<std::string>& notes)
+{
+    const auto cut = [&](const std::vector<char>& keep) {
+        if (is_cloud) {
+            keep_rows(points, keep);
+        } else {
+            keep_triangles(triangles, keep);
+            drop_unused_vertices(points, triangles);
+        }
+    };
+    const std::optional<ScanFloor> floor = find_floor(points);
+    if (floor) {
+        cut(points_above_floor(points, *floor));
+        notes.push_back("a floor under the feet was cut away");
+        if (points.rows() == 0) return floor;
+    }
+    const std::vector<char> person = points_of_person(points);
+    const auto stray = std::count(person.begin(), person.end(), 0);
+    if (stray > 0) {
+        notes.push_back(fmt::format("stray parts with {:.1f} % of the points were cut away",
+                                    100.0 * static_cast<double>(stray) / static_cast<double>(points.rows())));
+        cut(person);
+    }
+    return floor;
 }
 
 void choose_unit(const std::string& name, const ScanOptions& options, double extent, ScanPoints& scan)
@@ -123,6 +177,24 @@ void choose_unit(const std::string& name, const ScanOptions& options, double ext
     require_input(metres >= least_extent && metres <= greatest_extent,
                   "{}: its largest extent is {:.4g} m in unit {}, which is no person", name, metres,
                   to_name(scan.unit));
+}
+
+/// Normals of the vertices of a mesh, outward part by part.
+Points outward_normals(Points& vertices, Triangles& triangles, std::vector<std::string>& notes)
+{
+    const std::vector<int> triangle_parts = join_parts(vertices, triangles);
+    drop_unused_vertices(vertices, triangles);
+    std::vector<int> parts(vertices.rows(), 0);
+    for (Eigen::Index t = 0; t < triangles.rows(); ++t) {
+        for (int k = 0; k < 3; ++k) parts[triangles(t, k)] = triangle_parts[t];
+    }
+    Points normals = vertex_normals(vertices, triangles);
+    const double spacing = std::sqrt(triangle_areas(vertices, triangles).sum() / static_cast<double>(vertices.rows()));
+    const int turned = turn_outwards(vertices, spacing, parts, normals);
+    const auto num_parts =
+        triangle_parts.empty() ? 0 : *std::max_element(triangle_parts.begin(), triangle_parts.end()) + 1;
+    if (turned > 0) notes.push_back(fmt::format("{} of {} parts were wound inside out and turned", turned, num_parts));
+    return normals;
 }
 
 std::vector<Axis> possible_up_axes(const Eigen::Vector3d& extents)
@@ -179,27 +251,40 @@ ScanPoints prepare_scan(const std::string& name, const Eigen::Ref<const Points>&
     scan.file_points = static_cast<std::size_t>(vertices.rows());
     scan.is_cloud = triangles.rows() == 0;
     require_input(vertices.allFinite(), "{}: holds a vertex that is not finite", name);
-    if (!scan.is_cloud) {
-        scan.normals = vertex_normals(vertices, triangles);
-        if (enclosed_volume(vertices.rowwise() - vertices.colwise().mean(), triangles) < 0) scan.normals *= -1.0;
-        std::vector<char> used(vertices.rows(), 0);
-        for (Eigen::Index t = 0; t < triangles.size(); ++t) used[triangles.data()[t]] = 1;
-        keep_rows(scan.points, used);
-        keep_rows(scan.normals, used);
-    }
-    require_input(scan.points.rows() >= min_points, "{}: has {} points, fewer than {}", name, scan.points.rows(),
+    require_input(scan.file_points >= min_points, "{}: has {} points, fewer than {}", name, scan.file_points,
                   min_points);
+    Triangles mesh = triangles;
+    if (!scan.is_cloud) {
+        join_parts(scan.points, mesh);
+        drop_unused_vertices(scan.points, mesh);
+        require_input(mesh.rows() > 0, "{}: none of its {} triangles has an area", name, triangles.rows());
+        sample_triangles(scan.points, mesh, coarse_edge);
+    }
+    const std::optional<ScanFloor> floor = cut_away(scan.points, mesh, scan.is_cloud, scan.notes);
+    require_input(scan.points.rows() >= static_cast<Eigen::Index>(min_points), "{}: has {} points, fewer than {}", name,
+                  scan.points.rows(), min_points);
+    if (!scan.is_cloud) {
+        sample_triangles(scan.points, mesh, fine_edge);
+        scan.normals = outward_normals(scan.points, mesh, scan.notes);
+    }
     const Eigen::Vector3d extents = robust_extents(scan.points);
     choose_unit(name, options, extents.maxCoeff(), scan);
     scan.points *= scan.metres_per_unit;
     scan.up_axes = options.up ? std::vector<Axis>{*options.up} : possible_up_axes(extents);
+    if (floor) {
+        Eigen::Index axis = 0;
+        floor->normal.cwiseAbs().maxCoeff(&axis);
+        if (!options.up) scan.up_axes = {axis_along(static_cast<int>(axis), floor->normal[axis] < 0)};
+        scan.floor =
+            Eigen::Vector4d(floor->normal[0], floor->normal[1], floor->normal[2], floor->offset * scan.metres_per_unit);
+    }
 
     if (scan.points.rows() > options.max_points) {
         thin_out(scan.points, scan.normals, options.max_points);
         log_info("{}: {} points thinned to {}", name, scan.file_points, scan.points.rows());
     }
-    require_input(scan.points.rows() >= min_points, "{}: has {} distinct points, fewer than {}", name,
-                  scan.points.rows(), min_points);
+    require_input(scan.points.rows() >= static_cast<Eigen::Index>(min_points),
+                  "{}: has {} distinct points, fewer than {}", name, scan.points.rows(), min_points);
     const PointTree tree(scan.points);
     scan.spacing = median_spacing(scan.points, tree);
     scan.normals = estimate_normals(scan.points, tree, normal_neighbours, scan.normals);

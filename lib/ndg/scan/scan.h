@@ -33,7 +33,7 @@ struct ScanOptions {
 };
 void describe(OptionList& list, ScanOptions& options);
 
-/// Points of a scan as they are registered: metres, but axes as in the file.
+/// Points of a scan's surface as they are registered: metres, but axes as in the file.
 struct ScanPoints {
     Points points;                        ///< N x 3
     Points normals;                       ///< N x 3 unit normals, outward
@@ -44,12 +44,17 @@ struct ScanPoints {
     std::vector<Axis> up_axes;    ///< those that may be up, likeliest first; one where it was given
     std::size_t file_points = 0;  ///< vertices in the file
     bool is_cloud = false;        ///< the file has no triangles
+    /// Of a floor that was cut away: unit normal towards the person, height of the plane along it, m.
+    std::optional<Eigen::Vector4d> floor;
+    std::vector<std::string> notes;  ///< what was cut away or turned, for people
 };
 
 /// Reads OBJ, PLY, OFF, STL or GLB, mesh or point cloud. The unit is guessed from the largest extent, which for a
-/// standing adult lies between 1.2 and 2.35 m in one unit only; an axis may be up if the extent along it is at least
-/// two thirds of the largest. Vertices that belong to no triangle of a mesh are left out. Throws InputError naming file
-/// and value for a file that cannot be read, fewer than 500 points, or a size that is no standing adult's.
+/// standing adult lies between 1.2 and 2.9 m in one unit only; an axis may be up if the extent along it is at least
+/// two thirds of the largest. Of a mesh the surface is sampled: long edges are split, parts that face inwards are
+/// turned; vertices that belong to no triangle are left out. A floor and stray parts are cut away (scan_cut.h). Throws
+/// InputError naming file and value for a file that cannot be read, fewer than 500 points, or a size that is no
+/// standing adult's.
 ScanPoints read_scan(const std::string& path, const ScanOptions& options);
 /// The same for a mesh or cloud in memory; `name` starts the messages.
 ScanPoints prepare_scan(const std::string& name, const Eigen::Ref<const Points>& vertices,

@@ -1,8 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ndg/scan/scan_normals.h"
 
+#include "ndg/scan/scan_orientation.h"
+
 #include <Eigen/Eigenvalues>
 
+#include <algorithm>
+#include <cmath>
 #include <queue>
 #include <tuple>
 #include <vector>
@@ -22,7 +26,8 @@ struct Step {
     }
 };
 
-void orient_by_propagation(const Eigen::Ref<const Points>& points, const RowMatrixI& neighbours, Points& normals)
+void orient_by_propagation(const Eigen::Ref<const Points>& points, const RowMatrixI& neighbours, double spacing,
+                           Points& normals)
 {
     const int count = static_cast<int>(points.rows());
     std::vector<std::vector<int>> graph(count);
@@ -35,37 +40,26 @@ void orient_by_propagation(const Eigen::Ref<const Points>& points, const RowMatr
             graph[j].push_back(i);
         }
     }
-    std::vector<char> done(count, 0);
+    std::vector<int> parts(count, -1);
     for (int start = 0; start < count; ++start) {
-        if (done[start]) continue;
-        std::vector<int> part;
+        if (parts[start] >= 0) continue;
         std::priority_queue<Step> queue;
         const auto leave = [&](int i) {
-            done[i] = 1;
-            part.push_back(i);
+            parts[i] = start;
             for (const int j : graph[i]) {
-                if (!done[j]) {
-                    queue.push({std::abs(normals.row(i).dot(normals.row(j))), j, i});
-                }
+                if (parts[j] < 0) queue.push({std::abs(normals.row(i).dot(normals.row(j))), j, i});
             }
         };
         leave(start);
         while (!queue.empty()) {
             const Step step = queue.top();
             queue.pop();
-            if (done[step.to]) continue;
+            if (parts[step.to] >= 0) continue;
             if (normals.row(step.to).dot(normals.row(step.from)) < 0) normals.row(step.to) *= -1.0;
             leave(step.to);
         }
-        // Of a closed surface with outward normals the integral of normal * position is three times the volume.
-        Eigen::RowVector3d centre = Eigen::RowVector3d::Zero();
-        for (const int i : part) centre += points.row(i) / static_cast<double>(part.size());
-        double volume = 0.0;
-        for (const int i : part) volume += normals.row(i).dot(points.row(i) - centre);
-        if (volume < 0) {
-            for (const int i : part) normals.row(i) *= -1.0;
-        }
     }
+    turn_outwards(points, spacing, parts, normals);
 }
 
 }  // namespace
@@ -76,10 +70,12 @@ Points estimate_normals(const Eigen::Ref<const Points>& points, const PointTree&
     const Eigen::Index count = points.rows();
     const auto width = std::min<Eigen::Index>(num_neighbours, count);
     RowMatrixI neighbours(count, width);
+    Eigen::VectorXd spacings(count);
     Points normals(count, 3);
 #pragma omp parallel for schedule(dynamic, 256)
     for (Eigen::Index i = 0; i < count; ++i) {
         const auto found = tree.nearest(points.row(i).transpose(), static_cast<int>(width));
+        spacings[i] = width > 1 ? std::sqrt(found[1].squared_distance) : 0.0;
         Eigen::RowVector3d centre = Eigen::RowVector3d::Zero();
         for (Eigen::Index k = 0; k < width; ++k) {
             neighbours(i, k) = found[k].idx;
@@ -94,7 +90,7 @@ Points estimate_normals(const Eigen::Ref<const Points>& points, const PointTree&
         normals.row(i) = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(covariance).eigenvectors().col(0).transpose();
         if (hint.rows() == count && normals.row(i).dot(hint.row(i)) < 0) normals.row(i) *= -1.0;
     }
-    if (hint.rows() != count) orient_by_propagation(points, neighbours, normals);
+    if (hint.rows() != count) orient_by_propagation(points, neighbours, spacings.mean(), normals);
     return normals;
 }
 

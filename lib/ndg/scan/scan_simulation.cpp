@@ -116,9 +116,10 @@ void describe(OptionList& list, ScanSimulationOptions& options)
     list.add("hole-radius", options.hole_radius, "of the holes at armpits and crotch, m; 0: no holes at all", 0, 0.2);
     list.add("cloud", options.cloud, "points without triangles");
     list.add("place", options.place, "random heading and position");
+    list.add("fault", options.fault, "what makes the scan a difficult one");
 }
 
-SimulatedScan simulate_scan(const SkinnedSurface& skin, const ScanSimulationOptions& options, std::uint64_t seed,
+SimulatedScan simulate_scan(const SkinnedSurface& given, const ScanSimulationOptions& options, std::uint64_t seed,
                             int body_idx)
 {
     check_options(options);
@@ -127,7 +128,10 @@ SimulatedScan simulate_scan(const SkinnedSurface& skin, const ScanSimulationOpti
     Random mesh_random(seed, "scan mesh", index), noise_random(seed, "scan noise", index);
 
     SimulatedScan result;
+    result.person = person_of_fault(options.fault, given);
+    const SkinnedSurface& skin = result.person;
     result.pose = random_pose(skin.joint_positions, options.pose_angle, pose_random);
+    add_fault_pose(options.fault, skin.joint_positions, result.pose);
     if (options.place) {
         result.pose.parent_from_joint[0] = about_y(place_random.uniform(0.0, 2.0 * EIGEN_PI));
         for (int k = 0; k < 3; ++k) result.pose.root_translation[k] = place_random.uniform(-0.5, 0.5);
@@ -141,20 +145,29 @@ SimulatedScan simulate_scan(const SkinnedSurface& skin, const ScanSimulationOpti
     }
 
     RowMatrix attributes(skin.vertices.rows(), 4);
-    attributes.leftCols(3) = result.posed_skin;
+    attributes.leftCols(3) = surface_of_fault(options.fault, skin, result.posed_skin, result.covered);
     attributes.col(3) = unseen_vertices(skin, options.hole_radius, mesh_random);
     Triangles triangles = skin.triangles;
-    retriangulate(attributes, triangles, options.points, mesh_random);
-
+    if (options.fault != ScanFault::large_triangles) {
+        retriangulate(attributes, triangles, options.points, mesh_random);
+    }
     Points vertices = attributes.leftCols(3);
     Points normals = vertex_normals(vertices, triangles);
     cut_holes(attributes.col(3), vertices, normals, triangles);
+    for (Eigen::Index v = 0; v < vertices.rows(); ++v) {
+        vertices.row(v) += options.noise * noise_random.normal() * normals.row(v);
+    }
+    if (options.fault != ScanFault::none) {
+        apply_fault_to_mesh(options.fault, skin, result.posed_skin, vertices, triangles);
+        normals = vertex_normals(vertices, triangles);
+        if (options.fault == ScanFault::mirrored) {
+            result.posed_skin.col(0) *= -1.0;
+            result.posed_joints.col(0) *= -1.0;
+        }
+    }
     if (options.cloud) {
         shuffle(vertices, normals, mesh_random);
         triangles.resize(0, 3);
-    }
-    for (Eigen::Index v = 0; v < vertices.rows(); ++v) {
-        vertices.row(v) += options.noise * noise_random.normal() * normals.row(v);
     }
     result.scan = {std::move(vertices), std::move(triangles), std::move(normals)};
     return result;
