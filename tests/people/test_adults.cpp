@@ -68,7 +68,8 @@ TEST_CASE("MakeHuman's body takes the stature and the body mass index asked for"
             wished.muscle = male ? 0.8 : 0.3;
             wished.details.assign(makehuman_details().size(), 0.2);
             const Adult adult{male, 60.0, male ? 1.80 : 1.55, bmi};
-            const MakeHumanParameters p = makehuman_parameters(source, adult, wished, usual_proportions(male ? 1.0 : 0.0));
+            const MakeHumanParameters p =
+                makehuman_parameters(source, adult, wished, usual_proportions(male ? 1.0 : 0.0));
             const auto [height, reached] = measure(p);
             CHECK(height == Approx(adult.stature_m).margin(0.0011));
             CHECK(reached == Approx(bmi).margin(0.06));
