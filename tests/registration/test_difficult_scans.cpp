@@ -107,14 +107,17 @@ std::string joined(const std::vector<std::string>& sentences)
 TEST_CASE("difficult scans are fitted where they show skin, or refused in a sentence")
 {
     if (test::data_folder().empty()) return;
-    const std::string folder = test::data_folder() + "/makehuman";
-    const MakeHuman source(folder);
-    const Template body_template = test::makehuman_skin_template(source, folder);
-    std::vector<JointExample> examples;
-    for (const Skin& example : body_template.examples) {
-        examples.push_back({example.skin_vertices, example.joint_positions});
-    }
-    const BodyFitter fitter(body_template, FitOptions{}, examples);
+    // Once for all sections.
+    static const std::string folder = test::data_folder() + "/makehuman";
+    static const MakeHuman source(folder);
+    static const Template body_template = test::makehuman_skin_template(source, folder);
+    static const BodyFitter fitter = [] {
+        std::vector<JointExample> examples;
+        for (const Skin& example : body_template.examples) {
+            examples.push_back({example.skin_vertices, example.joint_positions});
+        }
+        return BodyFitter(body_template, FitOptions{}, examples);
+    }();
     const std::vector<SkinSegment> segments = skin_segments(body_template.skin_weights);
     const auto shoulders = [](const Points& joints) {
         const Skeleton& skeleton = standard_skeleton();
@@ -122,60 +125,68 @@ TEST_CASE("difficult scans are fitted where they show skin, or refused in a sent
     };
 
     for (const DifficultScan& scan : difficult_scans()) {
-        ScanSimulationOptions options;
-        options.fault = scan.fault;
-        const SimulatedScan simulated = simulate_scan(person(source, folder, scan.person), options, 5, scan.person);
-        const Points file = simulated.scan.vertices * rotation_to_y_up(scan.up) / metres_of_unit(scan.unit);
         const std::string name = to_name(scan.fault);
-        const FittedBody fitted = fitter.fit(name, prepare_scan(name, file, simulated.scan.triangles, {}));
-        const FitReport& report = fitted.report;
-        INFO(report_line(report));
-        std::vector<char> left_out(segments.size(), 0);
-        for (std::size_t v = 0; v < segments.size(); ++v) {
-            left_out[v] = scan.fault == ScanFault::fists && pair_of(segments[v]) == SegmentPair::hands;
+        DYNAMIC_SECTION(name)
+        {
+            ScanSimulationOptions options;
+            options.fault = scan.fault;
+            const SimulatedScan simulated = simulate_scan(person(source, folder, scan.person), options, 5, scan.person);
+            const Points file = simulated.scan.vertices * rotation_to_y_up(scan.up) / metres_of_unit(scan.unit);
+            const FittedBody fitted = fitter.fit(name, prepare_scan(name, file, simulated.scan.triangles, {}));
+            const FitReport& report = fitted.report;
+            INFO(report_line(report));
+            std::vector<char> left_out(segments.size(), 0);
+            for (std::size_t v = 0; v < segments.size(); ++v) {
+                left_out[v] = scan.fault == ScanFault::fists && pair_of(segments[v]) == SegmentPair::hands;
+            }
+            const double error = error_on_skin(fitted.posed_skin, body_template.skin_triangles, simulated.posed_skin,
+                                               simulated.person.triangles, simulated.covered, left_out);
+            INFO("mean distance to the true skin " << 1e3 * error << " mm");
+            if (scan.defect.empty()) {
+                CHECK(report.defects.empty());
+                CHECK(error < 0.0012);
+                const double true_stature =
+                    simulated.person.vertices.col(1).maxCoeff() - simulated.person.vertices.col(1).minCoeff();
+                INFO("stature " << report.stature << ", truly " << true_stature);
+                CHECK(std::abs(report.stature - true_stature) < 0.02);
+                const double true_shoulders = shoulders(simulated.person.joint_positions);
+                INFO("shoulder joints " << report.shoulder_breadth << " m apart, truly " << true_shoulders);
+                CHECK(std::abs(report.shoulder_breadth - true_shoulders) < 0.03);
+            } else {
+                REQUIRE(!report.defects.empty());
+                CHECK(report.defects.front().find(scan.defect) != std::string::npos);
+            }
+            if (scan.warning.empty()) {
+                CHECK((report.warnings.empty() || !scan.defect.empty()));
+            } else {
+                CHECK(joined(report.warnings).find(scan.warning) != std::string::npos);
+            }
+            CHECK(joined(report.notes).find(scan.note) != std::string::npos);
+            CHECK(report.unit == to_name(scan.unit));
+            CHECK(report.up == to_name(scan.up));
+            CHECK(report.flipped_triangles < 8);
         }
-        const double error = error_on_skin(fitted.posed_skin, body_template.skin_triangles, simulated.posed_skin,
-                                           simulated.person.triangles, simulated.covered, left_out);
-        INFO("mean distance to the true skin " << 1e3 * error << " mm");
-        if (scan.defect.empty()) {
-            CHECK(report.defects.empty());
-            CHECK(error < 0.0012);
-            const double true_stature =
-                simulated.person.vertices.col(1).maxCoeff() - simulated.person.vertices.col(1).minCoeff();
-            INFO("stature " << report.stature << ", truly " << true_stature);
-            CHECK(std::abs(report.stature - true_stature) < 0.02);
-            const double true_shoulders = shoulders(simulated.person.joint_positions);
-            INFO("shoulder joints " << report.shoulder_breadth << " m apart, truly " << true_shoulders);
-            CHECK(std::abs(report.shoulder_breadth - true_shoulders) < 0.03);
-        } else {
-            REQUIRE(!report.defects.empty());
-            CHECK(report.defects.front().find(scan.defect) != std::string::npos);
-        }
-        if (scan.warning.empty()) {
-            CHECK((report.warnings.empty() || !scan.defect.empty()));
-        } else {
-            CHECK(joined(report.warnings).find(scan.warning) != std::string::npos);
-        }
-        CHECK(joined(report.notes).find(scan.note) != std::string::npos);
-        CHECK(report.unit == to_name(scan.unit));
-        CHECK(report.up == to_name(scan.up));
-        CHECK(report.flipped_triangles < 8);
     }
 
     // Bodies of other topologies, as other programs make them.
     const double edge_lengths[] = {0.007, 0.01, 0.014};
     for (int i = 0; i < 3; ++i) {
-        Triangles triangles;
-        const Points vertices = test::remeshed_and_smoothed(person(source, folder, i), edge_lengths[i], 2, triangles);
-        const FittedBody fitted = fitter.fit("other topology", prepare_scan("other topology", vertices, triangles, {}));
-        INFO(report_line(fitted.report));
-        const std::vector<char> none(vertices.rows(), 0), all(fitted.posed_skin.rows(), 0);
-        const double error =
-            error_on_skin(fitted.posed_skin, body_template.skin_triangles, vertices, triangles, none, all);
-        INFO("edges of " << edge_lengths[i] << " m: mean distance " << 1e3 * error << " mm");
-        CHECK(fitted.report.defects.empty());
-        CHECK(fitted.report.warnings.empty());
-        CHECK(error < 0.0008);
-        CHECK(fitted.report.scan_to_skin_mean < 0.0008);
+        DYNAMIC_SECTION("other topology " << i)
+        {
+            Triangles triangles;
+            const Points vertices =
+                test::remeshed_and_smoothed(person(source, folder, i), edge_lengths[i], 2, triangles);
+            const FittedBody fitted =
+                fitter.fit("other topology", prepare_scan("other topology", vertices, triangles, {}));
+            INFO(report_line(fitted.report));
+            const std::vector<char> none(vertices.rows(), 0), all(fitted.posed_skin.rows(), 0);
+            const double error =
+                error_on_skin(fitted.posed_skin, body_template.skin_triangles, vertices, triangles, none, all);
+            INFO("edges of " << edge_lengths[i] << " m: mean distance " << 1e3 * error << " mm");
+            CHECK(fitted.report.defects.empty());
+            CHECK(fitted.report.warnings.empty());
+            CHECK(error < 0.0008);
+            CHECK(fitted.report.scan_to_skin_mean < 0.0008);
+        }
     }
 }

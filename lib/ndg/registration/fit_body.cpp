@@ -81,7 +81,8 @@ struct BodyFitter::State {
     InitialAlignment alignment;
     ScanTarget target;
     std::vector<LandmarkTarget> landmarks;
-    SkinnedSurface shape;  ///< what the model poses: the template, then the likeliest person
+    SkinnedSurface shape;    ///< what the model poses: the template, then the likeliest person...
+    bool explained = false;  ///< ...from here on
     Eigen::VectorXd parameters;
     Points registered;
     std::vector<char> covered;   ///< N, where the scan does not show skin
@@ -192,7 +193,7 @@ BodyFitter::State BodyFitter::first_surface(const std::string& name, const ScanP
     double least = 0.0;
     for (Placement& placement : placements) {
         State state = {
-            placement.alignment, std::move(placement.target), landmarks.targets, model_.skin(), {}, {}, {}, {}};
+            placement.alignment, std::move(placement.target), landmarks.targets, model_.skin(), false, {}, {}, {}, {}};
         for (std::size_t i = 0; i < state.landmarks.size(); ++i) {
             state.landmarks[i].position = placement.alignment.template_from_file *
                                           landmarks.in_file.row(static_cast<Eigen::Index>(i)).transpose();
@@ -242,13 +243,14 @@ void BodyFitter::take_likeliest_shape(State& state) const
     for (int round = 0; round < shape_rounds; ++round) {
         const ArticulatedModel model(state.shape);
         state.parameters =
-            fit_articulated_to_vertices(model, state.registered, evidence, state.parameters, polish_iterations,
-                                        round == 0 || !raised_arms(model.pose(state.parameters)));
+            fit_articulated_to_vertices(model, state.registered, evidence, state.parameters, polish_iterations, true);
         Points joints = model.rest_joints(state.parameters);
         const Pose pose = model.pose(state.parameters);
         const Points rest = to_rest(state, pose, joints);
         const Eigen::VectorXd trusted = evidence.cwiseProduct(unposed_confidence(state.shape, pose));
-        if (round == 1) hems = find_hems(state.shape, model.posed_vertices(state.parameters), state.target);
+        if (round == 1) {
+            hems = find_hems(state.shape, model.posed_vertices(state.parameters), state.target, !raised_arms(pose));
+        }
         ShapePrior::Explanation explanation = prior_.explain(rest, trusted, hems);
         // Heading, place and joints stay; the new shape has other proportions, and its root elsewhere.
         state.parameters.segment<3>(3) +=
@@ -256,6 +258,7 @@ void BodyFitter::take_likeliest_shape(State& state) const
         state.parameters[6] = 0.0;
         state.parameters.tail(state.parameters.size() - model.scale_begin()).setZero();
         state.shape = std::move(explanation.shape);
+        state.explained = true;
         state.covered = std::move(explanation.covered);
     }
     for (const int v : rows) {
@@ -272,8 +275,7 @@ void BodyFitter::fit_pose_and_surface(State& state) const
     ArticulatedFitOptions again = options_.articulated;
     again.first_reach = std::min(again.first_reach, 0.03);
     again.iterations = (again.iterations + 1) / 2;
-    again.proportions =
-        again.proportions && state.confidence.minCoeff() > 0 && !raised_arms(model.pose(state.parameters));
+    again.proportions = again.proportions && state.confidence.minCoeff() > 0;
     state.parameters = fit_articulated(model, state.target, state.parameters, state.landmarks, again, nullptr,
                                        state.confidence.cwiseMax(covered_confidence));
     const Points reference = model.posed_vertices(state.parameters);
@@ -288,9 +290,9 @@ Points BodyFitter::to_rest(const State& state, const Pose& pose, Points& joints)
 {
     const ArticulatedModel model(state.shape);
     const Eigen::VectorXd confidence = unposed_confidence(state.shape, pose);
-    // Pose alone, without what the posed skin made of the proportions.
-    Eigen::VectorXd parameters = state.parameters;
-    parameters.tail(parameters.size() - model.scale_begin()).setZero();
+    // The likeliest person as it is, without what the posed skin made of the proportions.
+    const Eigen::VectorXd parameters =
+        state.explained ? Eigen::VectorXd::Zero(model.num_parameters()) : state.parameters;
     const Points reference = model.rest_vertices(parameters), reference_joints = model.rest_joints(parameters);
     Points rest;
     for (int round = 0; round < joint_rounds; ++round) {

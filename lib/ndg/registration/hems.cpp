@@ -90,7 +90,7 @@ Hem find_hem(const std::vector<Sample>& samples, double length)
 
 }  // namespace
 
-HemCover find_hems(const SkinnedSurface& rest, const Eigen::Ref<const Points>& posed, const ScanTarget& scan)
+HemCover find_hems(const SkinnedSurface& rest, const Eigen::Ref<const Points>& posed, const ScanTarget& scan, bool arms)
 {
     const Skeleton& skeleton = standard_skeleton();
     const auto joint = [&](const std::string& name) -> Eigen::Vector3d {
@@ -146,6 +146,7 @@ HemCover find_hems(const SkinnedSurface& rest, const Eigen::Ref<const Points>& p
     for (std::size_t l = 0; l < limbs.size(); ++l) {
         const Limb& limb = limbs[l];
         const Hem& hem = hems[l];
+        if (!arms && pair_of(limb.segments[0]) == SegmentPair::upper_arms) continue;
         // Clothes have two legs and two sleeves.
         if (!(hem.step * hems[(l + 2) % limbs.size()].step > 0)) continue;
         const bool leg = pair_of(limb.segments[0]) == SegmentPair::thighs, towards_trunk = hem.step < 0;

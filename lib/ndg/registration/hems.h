@@ -22,6 +22,8 @@ struct HemCover {
 /// sectors around the bone; a hem steps the same way by at least 7 mm in three quarters of them, on both sides of the
 /// body. The thicker side is dressed: towards the trunk trousers, shorts or sleeves, with hips or chest and belly; away
 /// from it stockings or gloves. `rest`: that person at rest.
-HemCover find_hems(const SkinnedSurface& rest, const Eigen::Ref<const Points>& posed, const ScanTarget& scan);
+/// Without `arms` sleeves are not looked for: the posed skin of raised arms is too far off.
+HemCover find_hems(const SkinnedSurface& rest, const Eigen::Ref<const Points>& posed, const ScanTarget& scan,
+                   bool arms);
 
 }  // namespace ndg

@@ -46,7 +46,7 @@ Eigen::VectorXd unposed_confidence(const SkinnedSurface& skin, const Pose& pose)
         if (far <= 0) continue;
         const Eigen::VectorXd arm = subtree_weights(skin.weights, {side + "upper_arm"});
         const Eigen::VectorXd girdle = subtree_weights(skin.weights, {side + "clavicle"});
-        const double reach = 0.7 * (skin.joint_positions.row(joint) -
+        const double reach = 0.5 * (skin.joint_positions.row(joint) -
                                     skin.joint_positions.row(standard_skeleton().joint(side + "forearm")))
                                        .norm();
         for (Eigen::Index v = 0; v < confidence.size(); ++v) {
