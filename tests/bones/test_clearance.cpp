@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ndg/bones/bone_rig.h"
+#include "ndg/geometry/closest_point.h"
 #include "support/support.h"
 
 #include <catch2/catch.hpp>
@@ -44,4 +45,14 @@ TEST_CASE("The wrap at rest stays, and gives way outwards to a bone that comes t
     }
     CHECK(farthest > wrap_radius + out);
     CHECK(farthest < wrap_radius + out + 0.02);
+
+    // So also where it slid along the wrap to places that were over other parts of it.
+    posed = wrap;
+    motions[1].translation().y() = 0.12;
+    clearance.push_out(wrap, motions, posed);
+    const TriangleTree tree(posed, tube.wrap_triangles);
+    for (Eigen::Index v = 0; v < bone.rows(); ++v) {
+        const Eigen::Vector3d point = motions[1] * bone.row(v).transpose();
+        if (std::abs(point.y() - height) < 0.2) CHECK(tree.signed_distance(point) < 0.001);
+    }
 }

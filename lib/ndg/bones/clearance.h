@@ -15,23 +15,26 @@ struct WrapProbes {
     /// `bone_weights`: those of the wrap.
     WrapProbes(const BoneList& list, const Template& body_template, const BoneWeights& bone_weights);
 
-    /// A place on the wrap, the mean of three vertices (one of them repeated, or those of a triangle), in which several
-    /// segments have a part.
+    /// A vertex of the wrap and a segment.
+    struct Pair {
+        int vertex, segment;
+    };
+    std::vector<Pair> pairs;  ///< those that probes and peaks look at, each once
+    /// A vertex of the wrap that may meet a segment which has a part in it, among others.
     struct Probe {
-        std::array<int, 3> vertices;
-        int begin, end;  ///< of the segments it may meet
+        int pair;
+        float share;  ///< weight of the segment
     };
     std::vector<Probe> probes;
-    std::vector<int> segments;
-    std::vector<float> shares;  ///< mean weight of each of these
-    /// A vertex of a bone, and the wrap triangles over it: the nearest and those beside it.
+    /// A vertex of a bone, and the wrap triangle over it.
     struct Peak {
-        int anatomy_vertex, segment;
-        std::array<int, 4> triangles;
+        int anatomy_vertex, triangle;
+        std::array<int, 3> pairs;  ///< of the triangle's vertices with the bone
     };
     std::vector<Peak> peaks;
     Triangles wrap_triangles;
     std::vector<std::vector<int>> triangles_of;  ///< of each vertex
+    std::vector<char> at_rim;                    ///< of each vertex: 1 where the wrap is open
 };
 
 /// Of one body: distances to its bones, and how near it has them at rest.
@@ -42,19 +45,20 @@ public:
                   const Eigen::Ref<const Points>& anatomy_rest, const Eigen::Ref<const Points>& bone_wrap);
 
     /// Moves wrap vertices outwards, along the wrap's normals, from bones that came nearer than `margin`, or than at
-    /// rest where that was less. The rest wrap with bones at rest stays as it is.
+    /// rest where that was less, and over vertices of bones that came through. Neighbours go along a part of the way.
+    /// The rest wrap with bones at rest stays as it is.
     void push_out(const Eigen::Ref<const Points>& rest_wrap, const std::vector<Eigen::Isometry3d>& segments,
                   Points& bone_wrap) const;
 
 private:
     const WrapProbes* probes_;
-    std::vector<ScalarGrid> distances_;               ///< of each segment
-    std::vector<float> least_;                        ///< of each probe and segment, the distance that is kept
-    std::vector<float> rest_distances_;               ///< of each probe and segment; far away a lower bound
-    Points rest_places_;                              ///< of the probes
-    Points peaks_;                                    ///< at rest
-    std::vector<float> peak_depths_;                  ///< under what is allowed over the nearest triangle
-    std::vector<std::array<float, 4>> peak_heights_;  ///< over its triangles, what is allowed
+    std::vector<ScalarGrid> distances_;  ///< of each segment
+    std::vector<float> least_;           ///< of each probe, the distance that is kept
+    std::vector<float> spare_;           ///< of each probe, by how much it is farther at rest; far away a lower bound
+    Points peaks_;                       ///< at rest
+    std::vector<int> peak_triangles_;    ///< the nearest at rest
+    std::vector<double> allowed_;        ///< height of each peak over the wrap
+    std::vector<float> peak_spare_;      ///< by how much it is lower at rest
 };
 
 }  // namespace ndg

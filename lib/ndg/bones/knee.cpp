@@ -84,10 +84,16 @@ KneeMotion::Facing KneeMotion::facing(const Points& vertices) const
 
 double KneeMotion::gap(const Points& vertices, const Eigen::Isometry3d& femur_from_rest) const
 {
-    double least = std::numeric_limits<double>::infinity();
+    return vertices.rows() > 0 ? distances(vertices, femur_from_rest).minCoeff()
+                               : std::numeric_limits<double>::infinity();
+}
+
+Eigen::VectorXd KneeMotion::distances(const Points& vertices, const Eigen::Isometry3d& femur_from_rest) const
+{
+    Eigen::VectorXd result(vertices.rows());
     for (Eigen::Index i = 0; i < vertices.rows(); ++i)
-        least = std::min(least, femur_distance_.at(femur_from_rest * vertices.row(i).transpose()));
-    return least;
+        result[i] = femur_distance_.at(femur_from_rest * vertices.row(i).transpose());
+    return result;
 }
 
 double KneeMotion::shift(const Facing& bone, Eigen::Isometry3d femur_from_rest, const Eigen::Vector3d& away) const
@@ -95,12 +101,25 @@ double KneeMotion::shift(const Facing& bone, Eigen::Isometry3d femur_from_rest, 
     if (bone.vertices.rows() == 0) return 0.0;
     constexpr int iterations = 6;
     constexpr double most = 0.025;
-    double total = 0.0;
+    constexpr double least_slope = 0.3;  // of the gap along the shift, where the bones meet aslant
+    // Vertices farther than the nearest one by two shifts cannot become the nearest.
+    constexpr double usual = 0.010;  // m, a shift beyond which all are looked at again
+    const Eigen::VectorXd unshifted = distances(bone.vertices, femur_from_rest);
+    double least = unshifted.minCoeff();
+    Points near(bone.vertices.rows(), 3);
+    Eigen::Index count = 0;
+    for (Eigen::Index i = 0; i < near.rows(); ++i)
+        if (unshifted[i] <= least + 2.0 * usual) near.row(count++) = bone.vertices.row(i);
+    near.conservativeResize(count, 3);
+    double total = 0.0, slope = 1.0;
     for (int i = 0; i < iterations; ++i) {
-        const double missing =
-            std::clamp(total + bone.rest_gap - gap(bone.vertices, femur_from_rest), -most, most) - total;
-        femur_from_rest.pretranslate(missing * away);
-        total += missing;
+        const double step = std::clamp(total + (bone.rest_gap - least) / slope, -most, most) - total;
+        if (std::abs(step) < 1e-6) break;
+        femur_from_rest.pretranslate(step * away);
+        total += step;
+        const double before = least;
+        least = gap(std::abs(total) > usual ? bone.vertices : near, femur_from_rest);
+        slope = std::clamp((least - before) / step, least_slope, 1.0);
     }
     return total;
 }

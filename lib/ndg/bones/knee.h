@@ -33,6 +33,7 @@ private:
     };
     Facing facing(const Points& vertices) const;
     double gap(const Points& vertices, const Eigen::Isometry3d& femur_from_rest) const;
+    Eigen::VectorXd distances(const Points& vertices, const Eigen::Isometry3d& femur_from_rest) const;
     /// How far the bone must be shifted along `away` (in the femur's frame) to be as far from it as at rest.
     double shift(const Facing& bone, Eigen::Isometry3d femur_from_rest, const Eigen::Vector3d& away) const;
 
