@@ -189,7 +189,8 @@ SkinSet sample_skins(const Template& body_template, const std::string& makehuman
 {
     options.check();
     const auto person = person_source(body_template, makehuman_folder, seed, options);
-    const SkeletonPlacer placer(body_template);
+    std::optional<SkeletonPlacer> placer;  // a skin alone, without bones, keeps its source's joints
+    if (SkeletonPlacer::has_trunk_bones(body_template)) placer.emplace(body_template);
     SkinSet skins;
     skins.parameter_names = {"sex", "age_years", "stature_m", "mass_kg", "bmi"};
     skins.parameters.resize(count, 5);
@@ -201,7 +202,7 @@ SkinSet sample_skins(const Template& body_template, const std::string& makehuman
         try {
             const SampledPerson p = person(b);
             Skin body = skin_on_template(body_template, p.surface, fmt::format("body_{:04d}", b));
-            body.joint_positions = placer.joints(body, p.sex);
+            if (placer) body.joint_positions = placer->joints(body, p.sex);
             // Of the source's own surface: a coarse tessellation cuts some percent of the volume off.
             const double height = stature(p.surface.vertices);
             const double mass = body_density * enclosed_volume(p.surface.vertices, p.surface.triangles);
