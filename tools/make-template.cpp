@@ -61,9 +61,7 @@ int main(int argc, char** argv)
                                                                   : procedural_template_source(sex);
         Template made = make_template(source, options);
         if (examples > 0) {
-            made.examples =
-                sample_skins(made, makehuman, examples, tool.seed() + example_seed_offset, example_sampling_options())
-                    .bodies;
+            made.examples = sample_skins(made, makehuman, examples, tool.seed() + example_seed_offset, {}).bodies;
         }
         write_template(output, made, tool.provenance(source.licence));
         const TemplateCheck check = check_template(read_template(output));

@@ -40,7 +40,7 @@ Template makehuman_skin_template(const MakeHuman& source, const std::string& fol
         }
     }
     result.skin_weights = sparsify_weights(weights);
-    result.examples = sample_skins(result, folder, 48, 1001, example_sampling_options()).bodies;
+    result.examples = sample_skins(result, folder, 48, 1001, {}).bodies;
     return result;
 }
 

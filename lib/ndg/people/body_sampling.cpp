@@ -62,13 +62,6 @@ void describe(OptionList& list, BodySamplingOptions& options)
     list.add("length-spread", options.length_spread, "of lengths and shoulders, in published deviations", 0, 2);
 }
 
-BodySamplingOptions example_sampling_options()
-{
-    BodySamplingOptions options;
-    options.length_spread = 0.45;
-    return options;
-}
-
 MakeHumanParameters makehuman_parameters(const MakeHuman& source, const Adult& adult, MakeHumanParameters wished,
                                          const ProportionValues& lengths)
 {

@@ -24,9 +24,6 @@ struct BodySamplingOptions {
     void check() const;
 };
 void describe(OptionList& list, BodySamplingOptions& options);
-/// Of the people a template keeps as examples for fits: limbs differ less, since fits scale limbs besides and shoes
-/// must not pass for long legs.
-BodySamplingOptions example_sampling_options();
 
 /// MakeHuman's parameters for an adult of the muscle, proportions and details of `wished`: muscle is no more than a
 /// wish; height is solved for the stature (within 1 mm), weight for the body mass index (within 0.05), and the details
