@@ -28,7 +28,7 @@ struct BonyTrunk {
 BonyTrunk bony_trunk(const TrunkTarget& target)
 {
     const BonyTrunk female = {0.1025, 0.151, 0.164}, male = {0.1115, 0.161, 0.155};
-    const double growth = 1.0 + 0.003 * (target.bmi - 23.0);
+    const double growth = 1.0 + 0.001 * (target.bmi - 23.0);
     const auto at = [&](double of_women, double of_men) {
         return target.stature * ((1.0 - target.sex) * of_women + target.sex * of_men);
     };
@@ -37,7 +37,7 @@ BonyTrunk bony_trunk(const TrunkTarget& target)
 }
 
 /// How far the skin may draw the cage away from that, and its thoracic index (depth over breadth), about 0.69.
-constexpr double cage_spread = 0.04, least_index = 0.65, greatest_index = 0.70;
+constexpr double cage_spread = 0.03, least_index = 0.65, greatest_index = 0.70;
 /// Top of the iliac crest above the hip joint, over stature: heights of the iliac crest, 0.611 F and 0.604 M, and of
 /// the trochanterion, 0.519 and 0.513 (ANSUR II, Gordon et al. 2014), less what skin lies on the crest.
 constexpr double crest_rise = 0.083;
