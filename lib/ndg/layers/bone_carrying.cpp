@@ -22,7 +22,7 @@ constexpr double breadth_quantile = 0.04;  ///< of a joint's vertices that may a
 constexpr double bone_depth = 0.0045;      ///< m under the skin that breadths leave
 /// Growth of a bone's breadth with the body mass index, per kg/m^2 from 23.5: joints of heavier people are broader by
 /// caliper (Heinz et al. 2003), of which skin has its part.
-constexpr double breadth_growth = 0.002, usual_bmi = 23.5;
+constexpr double breadth_growth = 0.001, usual_bmi = 23.5;
 constexpr double max_breadth = 1.2;
 constexpr int min_breadth_vertices = 8;  ///< of a joint, to judge by
 constexpr double press_length = 0.05;    ///< m, over which it fades that the bone wrap is pressed under the skin

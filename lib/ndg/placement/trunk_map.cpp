@@ -37,7 +37,7 @@ BonyTrunk bony_trunk(const TrunkTarget& target)
 }
 
 /// How far the skin may draw the cage away from that, and its thoracic index (depth over breadth), about 0.69.
-constexpr double cage_spread = 0.03, least_index = 0.65, greatest_index = 0.70;
+constexpr double cage_spread = 0.02, least_index = 0.65, greatest_index = 0.70;
 /// Top of the iliac crest above the hip joint, over stature: heights of the iliac crest, 0.611 F and 0.604 M, and of
 /// the trochanterion, 0.519 and 0.513 (ANSUR II, Gordon et al. 2014), less what skin lies on the crest.
 constexpr double crest_rise = 0.083;
