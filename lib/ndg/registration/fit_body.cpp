@@ -240,6 +240,9 @@ void BodyFitter::take_likeliest_shape(State& state) const
         if (is_closed_hand(v)) evidence[v] = 0.0;
     }
     HemCover hems = {{}, std::vector<char>(rows.size(), 0)};
+    // Shoes that stood out beside legs that show do so no less under trousers, where legs do not tell how long they
+    // are.
+    bool shoes = false;
     for (int round = 0; round < shape_rounds; ++round) {
         const ArticulatedModel model(state.shape);
         state.parameters =
@@ -251,7 +254,10 @@ void BodyFitter::take_likeliest_shape(State& state) const
         if (round == 1) {
             hems = find_hems(state.shape, model.posed_vertices(state.parameters), state.target, !raised_arms(pose));
         }
+        constexpr auto feet = static_cast<std::size_t>(SegmentPair::feet);
+        hems.dressed[feet] |= shoes;
         ShapePrior::Explanation explanation = prior_.explain(rest, trusted, hems);
+        shoes = explanation.dressed[feet];
         // Heading, place and joints stay; the new shape has other proportions, and its root elsewhere.
         state.parameters.segment<3>(3) +=
             joints.row(0).transpose() - explanation.shape.joint_positions.row(0).transpose();
