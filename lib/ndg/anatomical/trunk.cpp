@@ -4,6 +4,7 @@
 #include "ndg/body/skeleton.h"
 #include "ndg/core/error.h"
 #include "ndg/geometry/triangle_mesh.h"
+#include "ndg/placement/interpolation.h"
 
 #include <algorithm>
 #include <cmath>
@@ -25,12 +26,6 @@ double averaged(const std::vector<double>& knots, const std::vector<double>& val
         sum += values[k - 1] + slope * (at - knots[k - 1]);
     }
     return sum / samples;
-}
-
-double smoothstep(double begin, double end, double x)
-{
-    const double t = std::clamp((x - begin) / (end - begin), 0.0, 1.0);
-    return t * t * (3.0 - 2.0 * t);
 }
 
 /// Soft tissue over skull and below the chin, and how far the chin may lie behind the forehead, m.

@@ -62,6 +62,14 @@ SkinningWeights sparsify_weights(const Eigen::Ref<const RowMatrix>& dense)
     return result;
 }
 
+RowMatrix dense_weights(const SkinningWeights& weights, int num_joints)
+{
+    RowMatrix dense = RowMatrix::Zero(weights.size(), num_joints);
+    for (Eigen::Index v = 0; v < dense.rows(); ++v)
+        for (int k = 0; k < max_influences; ++k) dense(v, weights.joints(v, k)) += weights.weights(v, k);
+    return dense;
+}
+
 SkinningWeights select_weights(const SkinningWeights& weights, const std::vector<int>& rows)
 {
     SkinningWeights result = empty_weights(static_cast<Eigen::Index>(rows.size()));

@@ -21,6 +21,8 @@ struct SkinningWeights {
 /// The `max_influences` largest entries of each row of a dense N x J matrix, normalised to sum one.
 /// Throws Error for a row without positive weight.
 SkinningWeights sparsify_weights(const Eigen::Ref<const RowMatrix>& dense);
+/// The same weights as a dense N x J matrix.
+RowMatrix dense_weights(const SkinningWeights& weights, int num_joints);
 /// Row i is the row `rows[i]` of `weights`.
 SkinningWeights select_weights(const SkinningWeights& weights, const std::vector<int>& rows);
 /// One row an element: mean of its vertices' weights, the 8 largest kept. `elements`: N x k vertex indices.

@@ -78,12 +78,8 @@ LayerBuilder::LayerBuilder(const Template& body_template, const LayerFitOptions&
     require_input(num_wrap > 0 && body_template.rest.volume_vertices.rows() == 3 * num_wrap,
                   "the template has {} volume vertices for wraps of {}", body_template.rest.volume_vertices.rows(),
                   num_wrap);
-    weights_ = RowMatrix::Zero(num_wrap, body_template.skeleton.num_joints());
-    for (int w = 0; w < num_wrap; ++w) {
-        const int s = body_template.wrap_to_skin[w];
-        for (int k = 0; k < max_influences; ++k)
-            weights_(w, body_template.skin_weights.joints(s, k)) += body_template.skin_weights.weights(s, k);
-    }
+    weights_ = dense_weights(select_weights(body_template.skin_weights, body_template.wrap_to_skin),
+                             body_template.skeleton.num_joints());
     bone_ = body_template.rest.volume_vertices.topRows(num_wrap);
     muscle_ = body_template.rest.volume_vertices.middleRows(num_wrap, num_wrap);
     skin_ = body_template.rest.volume_vertices.bottomRows(num_wrap);
@@ -93,15 +89,15 @@ LayerBuilder::LayerBuilder(const Template& body_template, const LayerFitOptions&
     visceral_ = visceral_shares(body_template, on_trunk(weights_), (muscle_ - bone_).rowwise().norm());
 }
 
-LayerSurfaces LayerBuilder::targets(const Skin& skin, double sex, double scale, LayerReport& report) const
+LayerSurfaces LayerBuilder::targets(const Skin& skin, const TrunkMap& trunk, double scale, LayerReport& report) const
 {
     const Eigen::Index num_wrap = bone_.rows();
     LayerSurfaces surfaces;
     surfaces.skin.resize(num_wrap, 3);
     for (Eigen::Index w = 0; w < num_wrap; ++w)
         surfaces.skin.row(w) = skin.skin_vertices.row(template_.wrap_to_skin[w]);
-    surfaces.bone = carried_bone_wrap(template_, weights_, surfaces.skin, skin.joint_positions, scale, report.bmi,
-                                      placer_->trunk_map(skin, sex));
+    surfaces.bone =
+        carried_bone_wrap(template_, weights_, surfaces.skin, skin.joint_positions, scale, report.bmi, trunk);
     press_under_skin(surfaces.skin, template_.wrap_triangles, min_tissue_thickness, surfaces.bone);
     const Points offsets = surfaces.bone - surfaces.skin;
     const Eigen::VectorXd tissue = offsets.rowwise().norm();
@@ -177,8 +173,9 @@ Body LayerBuilder::build(const Skin& skin, const Person& person, LayerReport* re
     result.composition = body_composition(result.girths, result.stature_m, result.mass_kg, area, person);
 
     Skin placed = skin;
-    placed.joint_positions = placer_->joints(skin, person.sex);
-    const LayerSurfaces wanted = targets(placed, person.sex, result.stature_m / stature_, result);
+    const TrunkMap trunk = placer_->trunk_map(skin, person.sex);
+    placed.joint_positions = placer_->joints(skin, trunk);
+    const LayerSurfaces wanted = targets(placed, trunk, result.stature_m / stature_, result);
     const LayerSurfaces layers = fit_layers(template_.wrap_triangles, wanted, options_, result.fit);
     const Eigen::RowVector3d place = layers.skin.row(template_.wrap_triangles(result.fit.worst_triangle, 0));
     require(result.fit.min_scaled_jacobian > least_scaled_jacobian,

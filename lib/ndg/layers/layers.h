@@ -48,7 +48,7 @@ public:
     const Template& body_template() const { return template_; }
 
 private:
-    LayerSurfaces targets(const Skin& skin, double sex, double scale, LayerReport& report) const;
+    LayerSurfaces targets(const Skin& skin, const TrunkMap& trunk, double scale, LayerReport& report) const;
 
     const Template& template_;
     LayerFitOptions options_;

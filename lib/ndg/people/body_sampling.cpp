@@ -202,7 +202,7 @@ SkinSet sample_skins(const Template& body_template, const std::string& makehuman
         try {
             const SampledPerson p = person(b);
             Skin body = skin_on_template(body_template, p.surface, fmt::format("body_{:04d}", b));
-            if (placer) body.joint_positions = placer->joints(body, p.sex);
+            if (placer) body.joint_positions = placer->joints(body, placer->trunk_map(body, p.sex));
             // Of the source's own surface: a coarse tessellation cuts some percent of the volume off.
             const double height = stature(p.surface.vertices);
             const double mass = body_density * enclosed_volume(p.surface.vertices, p.surface.triangles);

@@ -18,11 +18,7 @@ SkeletonPlacer::SkeletonPlacer(const Template& body_template)
     : template_(&body_template), bones_(ndg::trunk_bones(bone_meshes(body_template, body_template.anatomy_vertices)))
 {
     const Skeleton& skeleton = body_template.skeleton;
-    RowMatrix weights = RowMatrix::Zero(body_template.rest.skin_vertices.rows(), skeleton.num_joints());
-    for (Eigen::Index v = 0; v < weights.rows(); ++v)
-        for (int k = 0; k < max_influences; ++k)
-            weights(v, body_template.skin_weights.joints(v, k)) += body_template.skin_weights.weights(v, k);
-    on_trunk_ = on_trunk(weights);
+    on_trunk_ = on_trunk(dense_weights(body_template.skin_weights, skeleton.num_joints()));
     for (const char* name : {"pelvis", "spine_1", "spine_2", "spine_3", "spine_4", "spine_5", "neck_1", "neck_2",
                              "left_clavicle", "right_clavicle", "left_thigh", "right_thigh"})
         trunk_joints_.push_back(skeleton.joint(name));
@@ -42,9 +38,8 @@ TrunkMap SkeletonPlacer::trunk_map(const Skin& skin, double sex) const
     return TrunkMap(bones_, template_->rest.joint_positions, target);
 }
 
-Points SkeletonPlacer::joints(const Skin& skin, double sex) const
+Points SkeletonPlacer::joints(const Skin& skin, const TrunkMap& map) const
 {
-    const TrunkMap map = trunk_map(skin, sex);
     Points joints = skin.joint_positions;
     for (const int j : trunk_joints_)
         joints.row(j) = map(template_->rest.joint_positions.row(j).transpose()).transpose();

@@ -20,13 +20,10 @@ public:
 
     /// From the template body's trunk to that of `skin`. `sex`: 0 female, 1 male.
     TrunkMap trunk_map(const Skin& skin, double sex) const;
-    /// Joints of `skin` with those of the trunk (pelvis, spine, neck, clavicles, hips) where its bones are; of the
-    /// others and of the heights of hips, clavicles and head, `skin.joint_positions`. Placing them again changes
-    /// nothing. J x 3.
-    Points joints(const Skin& skin, double sex) const;
-
-    /// Trunk of the template's bones to its skin, for wraps: which joints trunk_map moves.
-    const std::vector<int>& trunk_joints() const { return trunk_joints_; }
+    /// Joints of `skin` with those of the trunk (pelvis, spine, neck, clavicles, hips) where its bones are, by its
+    /// trunk_map; the others, and the heights of hips, clavicles and head, are those of `skin.joint_positions`. Placing
+    /// them again changes nothing. J x 3.
+    Points joints(const Skin& skin, const TrunkMap& map) const;
 
 private:
     const Template* template_;

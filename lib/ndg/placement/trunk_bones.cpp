@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ndg/placement/trunk_bones.h"
 
-#include "ndg/body_source/bone_cover.h"
+#include "ndg/body_source/bone_parts.h"
 #include "ndg/core/error.h"
+#include "ndg/placement/interpolation.h"
 #include "ndg/placement/skin_section.h"
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cmath>
 
 namespace ndg {
@@ -17,20 +17,24 @@ constexpr double process_half_width = 0.012;  ///< m from a vertebra's midline
 constexpr double body_share = 0.4;            ///< of a vertebra's vertices, the foremost ones: its body
 constexpr double section_step = 0.01;
 
-std::string lower(std::string text)
-{
-    for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    return text;
-}
+constexpr std::array<const char*, 12> ordinals = {"first",   "second", "third", "fourth", "fifth",    "sixth",
+                                                  "seventh", "eighth", "ninth", "tenth",  "eleventh", "twelfth"};
 
 std::vector<std::string> vertebrae_from_c7()
 {
-    const std::array<const char*, 12> ordinals = {"first",   "second", "third", "fourth", "fifth",    "sixth",
-                                                  "seventh", "eighth", "ninth", "tenth",  "eleventh", "twelfth"};
     std::vector<std::string> names = {"seventh cervical vertebra"};
     for (const char* ordinal : ordinals) names.push_back(std::string(ordinal) + " thoracic vertebra");
     for (int k = 0; k < 5; ++k) names.push_back(std::string(ordinals[k]) + " lumbar vertebra");
     return names;
+}
+
+/// Those of `names` that there are.
+std::vector<const AnatomyMesh*> parts_of(const PartFinder& finder, const std::vector<std::string>& names)
+{
+    std::vector<const AnatomyMesh*> found;
+    for (const std::string& name : names)
+        if (const AnatomyMesh* part = finder.find(name)) found.push_back(part);
+    return found;
 }
 
 /// Calls `visit` with the height and the section of all `parts` together, every section_step between their ends.
@@ -51,15 +55,6 @@ void sections(const std::vector<const AnatomyMesh*>& parts, double half_width, c
 }
 
 }  // namespace
-
-double interpolate(const std::vector<double>& knots, const std::vector<double>& values, double x)
-{
-    if (x <= knots.front()) return values.front();
-    if (x >= knots.back()) return values.back();
-    const auto next = static_cast<std::size_t>(std::upper_bound(knots.begin(), knots.end(), x) - knots.begin());
-    const double share = (x - knots[next - 1]) / (knots[next] - knots[next - 1]);
-    return (1.0 - share) * values[next - 1] + share * values[next];
-}
 
 Eigen::Vector3d spinous_tip(const Eigen::Ref<const Points>& vertebra)
 {
@@ -115,24 +110,16 @@ double TrunkBones::cage_breadth() const
 TrunkBones trunk_bones(const std::vector<AnatomyMesh>& parts)
 {
     TrunkBones bones;
+    const PartFinder finder(parts);
     const std::vector<std::string> vertebrae = vertebrae_from_c7();
     bones.spinous_tips.setZero(static_cast<Eigen::Index>(vertebrae.size()), 3);
-    std::vector<char> found(vertebrae.size(), 0);
-    std::vector<const AnatomyMesh*> sternum, ribs, hips;
-    for (const AnatomyMesh& part : parts) {
-        if (part.layer != AnatomyLayer::bone) continue;
-        const std::string name = lower(part.name);
-        const auto level = std::find(vertebrae.begin(), vertebrae.end(), name) - vertebrae.begin();
-        if (level < static_cast<std::ptrdiff_t>(vertebrae.size())) {
-            bones.spinous_tips.row(level) = spinous_tip(part.vertices).transpose();
-            found[level] = 1;
-        }
-        if (name == "manubrium" || name == "body of sternum" || name == "sternum") sternum.push_back(&part);
-        if (name.size() > 4 && name.compare(name.size() - 4, 4, " rib") == 0) ribs.push_back(&part);
-        if (name.find("hip bone") != std::string::npos) hips.push_back(&part);
-    }
     for (std::size_t level = 0; level < vertebrae.size(); ++level)
-        require(found[level], "the skeleton has no bone '{}', which its trunk is placed by", vertebrae[level]);
+        bones.spinous_tips.row(level) = spinous_tip(finder.part(vertebrae[level]).vertices).transpose();
+    std::vector<std::string> rib_names;
+    for (const char* ordinal : ordinals)
+        for (const char* side : {"left ", "right "}) rib_names.push_back(side + std::string(ordinal) + " rib");
+    const auto sternum = parts_of(finder, {"manubrium", "body of sternum", "sternum"}),
+               ribs = parts_of(finder, rib_names), hips = parts_of(finder, {"left hip bone", "right hip bone"});
     require(!sternum.empty() && !ribs.empty() && !hips.empty(),
             "the skeleton has no sternum, no ribs or no hip bones, which its trunk is placed by");
     for (Eigen::Index level = 1; level < bones.spinous_tips.rows(); ++level)

@@ -39,7 +39,4 @@ Eigen::Vector3d spinous_tip(const Eigen::Ref<const Points>& vertebra);
 /// hip bone"). Throws Error naming a bone that is missing.
 TrunkBones trunk_bones(const std::vector<AnatomyMesh>& parts);
 
-/// Piecewise linear, constant beyond the ends. `knots` ascend.
-double interpolate(const std::vector<double>& knots, const std::vector<double>& values, double x);
-
 }  // namespace ndg

@@ -4,6 +4,7 @@
 #include "ndg/body/skeleton.h"
 #include "ndg/body_source/bone_cover.h"
 #include "ndg/core/error.h"
+#include "ndg/placement/interpolation.h"
 #include "ndg/placement/skin_section.h"
 
 #include <Eigen/Cholesky>
@@ -54,30 +55,6 @@ void smooth(std::vector<double>& values, int steps)
         const std::vector<double> old = values;
         for (std::size_t i = 1; i + 1 < values.size(); ++i) values[i] = 0.25 * (old[i - 1] + 2 * old[i] + old[i + 1]);
     }
-}
-
-double smoothstep(double begin, double end, double x)
-{
-    const double t = std::clamp((x - begin) / (end - begin), 0.0, 1.0);
-    return t * t * (3.0 - 2.0 * t);
-}
-
-/// Monotone cubic through all knots (slopes are harmonic means; Fritsch and Butland 1984), straight on beyond the ends.
-double monotone(const std::vector<double>& knots, const std::vector<double>& values, double x)
-{
-    const std::size_t last = knots.size() - 1;
-    const auto secant = [&](std::size_t k) { return (values[k + 1] - values[k]) / (knots[k + 1] - knots[k]); };
-    const auto slope = [&](std::size_t k) {
-        if (k == 0 || k == last) return secant(k == 0 ? 0 : last - 1);
-        const double before = secant(k - 1), after = secant(k);
-        return before * after <= 0.0 ? 0.0 : 2.0 * before * after / (before + after);
-    };
-    if (x <= knots.front()) return values.front() + slope(0) * (x - knots.front());
-    if (x >= knots.back()) return values.back() + slope(last) * (x - knots.back());
-    const auto k = static_cast<std::size_t>(std::upper_bound(knots.begin(), knots.end(), x) - knots.begin()) - 1;
-    const double length = knots[k + 1] - knots[k], t = (x - knots[k]) / length;
-    return (1 + 2 * t) * (1 - t) * (1 - t) * values[k] + t * (1 - t) * (1 - t) * length * slope(k) +
-           t * t * (3 - 2 * t) * values[k + 1] + t * t * (t - 1) * length * slope(k + 1);
 }
 
 /// Offsets near the wanted ones with second differences near zero, so that the spine keeps the source's curves:
@@ -150,7 +127,7 @@ void TrunkMap::fit_heights(const TrunkBones& bones, const Eigen::Ref<const Point
 
 double TrunkMap::height(double source_height) const
 {
-    return monotone(height_knots_, height_values_, source_height);
+    return interpolate_monotone(height_knots_, height_values_, source_height);
 }
 
 void TrunkMap::fit_breadths(const TrunkBones& bones, const TrunkTarget& target)
