@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Core-seconds of one FEM sample, and where they go. Without --template: a bent tube.
+#include "ndg/body/joint_flesh.h"
 #include "ndg/core/error.h"
 #include "ndg/core/stopwatch.h"
 #include "ndg/core/threads.h"
@@ -60,6 +61,22 @@ std::vector<NamedPose> pick_poses(const PoseSet& poses, const Points& joint_posi
         {"twisted trunk", [&](int p) { return std::abs(angle(p, "trunk.turn_left")); }},
         {"bent hips", [&](int p) { return both(p, "hip.flexion"); }},
         {"bent elbows", [&](int p) { return both(p, "elbow.flexion"); }},
+        {"high knee",
+         [&](int p) {
+             return std::max(std::min(angle(p, "left_hip.flexion"), angle(p, "left_knee.flexion")),
+                             std::min(angle(p, "right_hip.flexion"), angle(p, "right_knee.flexion")));
+         }},
+        {"arms forward",
+         [&](int p) {  // elevated by 90 degrees in the sagittal plane
+             constexpr double quarter = 1.5707963267948966;
+             const auto off = [&](const std::string& side) {
+                 return std::abs(angle(p, side + "_shoulder.elevation") - quarter) +
+                        std::abs(angle(p, side + "_shoulder.plane") - quarter);
+             };
+             return -std::max(off("left"), off("right"));
+         }},
+        {"legs apart", [&](int p) { return both(p, "hip.abduction"); }},
+        {"trunk bent sideways", [&](int p) { return std::abs(angle(p, "trunk.bend_left")); }},
     };
     std::vector<std::pair<std::string, int>> chosen;
     const auto is_chosen = [&](int pose) {
@@ -77,7 +94,8 @@ std::vector<NamedPose> pick_poses(const PoseSet& poses, const Points& joint_posi
         if (!is_chosen(p)) chosen.emplace_back("other", p);
     }
     fmt::print(
-        "pose            of the set  clip                        knees     shoulders  trunk       hips      elbows\n");
+        "pose                 of the set  clip                        knees     shoulders  trunk       hips      "
+        "elbows\n");
     std::vector<NamedPose> result;
     constexpr double degree = 57.29577951308232;
     for (const auto& [name, p] : chosen) {
@@ -86,7 +104,7 @@ std::vector<NamedPose> pick_poses(const PoseSet& poses, const Points& joint_posi
                                degree * angle(pose, "right_" + joint));
         };
         fmt::print(
-            "{:<15} {:>10}  {:<26}  {:<8}  {:<9}  {:<10}  {:<8}  {}\n", name, p, poses.clip_names[poses.clip_idx[p]],
+            "{:<20} {:>10}  {:<26}  {:<8}  {:<9}  {:<10}  {:<8}  {}\n", name, p, poses.clip_names[poses.clip_idx[p]],
             pair("knee.flexion"), pair("shoulder.elevation"),
             fmt::format("{:.0f} {:+.0f}", degree * angle(p, "trunk.flexion"), degree * angle(p, "trunk.turn_left")),
             pair("hip.flexion"), pair("elbow.flexion"));
@@ -158,6 +176,7 @@ int main(int argc, char** argv)
         double inverted = 0, corner_inverted = 0, intersecting = 0, body_seconds = 0, plain_seconds = 0,
                same_seconds = 0;
         int plain_converged = 0, plain_done = 0;
+        std::vector<std::vector<double>> volume_changes(flesh_joint_names().size());
         Points last;
         for (std::size_t b = 0; b < bench.bodies.size(); ++b) {
             const double start = thread_seconds();
@@ -177,6 +196,8 @@ int main(int argc, char** argv)
                 inverted += result.inverted_prisms.by_volume;
                 corner_inverted += result.inverted_prisms.at_corners;
                 intersecting += result.intersecting_triangles;
+                for (std::size_t joint = 0; joint < volume_changes.size(); ++joint)
+                    volume_changes[joint].push_back(result.volume_changes[joint]);
                 without_inverted += result.inverted_prisms.by_volume == 0;
                 without_corner_inverted += result.inverted_prisms.at_corners == 0;
                 times.relaxation += newton.seconds.relaxation;
@@ -186,7 +207,7 @@ int main(int argc, char** argv)
                 times.evaluation += newton.seconds.evaluation;
                 last = result.vertices;
                 fmt::print(stderr,
-                           "body {} {:<15} {:5.2f} s: {:2d} iterations, {:2d} factorizations, {:2d} CG; {}, {:.1e} N, "
+                           "body {} {:<20} {:5.2f} s: {:2d} iterations, {:2d} factorizations, {:2d} CG; {}, {:.1e} N, "
                            "relative {:.1e}; {} inverted, {} at corners; {} skin triangles intersect\n",
                            b, pose.name, seconds.back(), newton.iterations, newton.factorizations, newton.cg_iterations,
                            describe(newton.stop), newton.residual_newton, newton.residual_relative,
@@ -243,6 +264,12 @@ int main(int argc, char** argv)
         report.add("frames_without_corner_inverted", without_corner_inverted / samples);
         report.add("intersecting_skin_triangles_mean", intersecting / samples);
         report.add("peak_memory_mib", peak_memory_mib());
+        for (std::size_t joint = 0; joint < volume_changes.size(); ++joint) {
+            const std::vector<double>& changes = volume_changes[joint];
+            report.add(flesh_joint_names()[joint] + "_volume_change_mean",
+                       std::accumulate(changes.begin(), changes.end(), 0.0) / samples);
+            report.add(flesh_joint_names()[joint] + "_volume_change_5_percent", bench::quantile(changes, 0.05));
+        }
         if (plain_done > 0) {
             report.add("plain_converged_share", static_cast<double>(plain_converged) / plain_done);
             report.add("plain_seconds_ratio", plain_seconds / same_seconds);

@@ -6,6 +6,7 @@
 #include "ndg/core/random.h"
 #include "ndg/core/tool.h"
 #include "ndg/motion/pose_sampling.h"
+#include "ndg/motion/pose_splicing.h"
 #include "ndg/motion/range_of_motion.h"
 
 #include <fmt/format.h>
@@ -15,30 +16,71 @@
 
 using namespace ndg;
 
+namespace {
+
+/// Poses with the joints that move no flesh at rest, so that they add nothing to distances.
+std::vector<Pose> only_visible(std::vector<Pose> poses, const std::vector<int>& visible, const std::string& path)
+{
+    for (Pose& pose : poses) {
+        require_input(pose.parent_from_joint.size() == visible.size(), "{}: has {} joints, the poses have {}", path,
+                      visible.size(), pose.parent_from_joint.size());
+        for (std::size_t j = 1; j < visible.size(); ++j)
+            if (!visible[j]) pose.parent_from_joint[j].setIdentity();
+    }
+    return poses;
+}
+
+void append_spliced(PoseSet& poses, const Template& body_template, int count, std::uint64_t seed)
+{
+    const std::vector<Pose> spliced = splice_poses(poses.poses, body_template, count, seed).poses;
+    for (int i = 0; i < count; ++i) {
+        poses.poses.push_back(spliced[i]);
+        poses.clip_idx.push_back(static_cast<int>(poses.clip_names.size()));
+        poses.frame_idx.push_back(i);
+    }
+    poses.clip_names.emplace_back("spliced");
+    poses.clip_frame_rates.push_back(30.0);
+}
+
+}  // namespace
+
 int main(int argc, char** argv)
 {
     std::string poses_path, template_path, limits_path, output_path, ranges_path;
-    int count = 150, first = -1;
-    bool remove_root = true;
+    int count = 150, first = -1, spliced = 0;
+    bool remove_root = true, all_joints = false;
 
     Tool tool("sample-poses", "Keeps the farthest-point subset of poses, in the order they were picked.",
               "sample-poses --poses poses.h5 --count 150 --output sampled.h5 --template template.h5 "
               "--joint-limits configs/joint-limits.json --range-of-motion ranges.json");
     tool.input("poses", poses_path, "poses to choose from");
-    tool.input("template", template_path, "template the poses are of, for --range-of-motion", false);
+    tool.input("template", template_path,
+               "template the poses are of; not needed with --all-joints and without --spliced and --range-of-motion",
+               false);
     tool.input("joint-limits", limits_path, "published ranges, for --range-of-motion", false);
     tool.output("output", output_path, "sampled poses to write, with the covering radius after each");
     tool.output("range-of-motion", ranges_path, "how far each joint goes in the sampled poses, JSON; also printed",
                 false);
     tool.parameter("count", count, "poses to keep", 1, 10000000);
     tool.parameter("first", first, "pose to start from, -1: drawn with the seed", -1, 100000000);
+    tool.parameter("all-joints", all_joints,
+                   "distance over all joints; otherwise over those that move flesh (no fingers, jaw, eyes)");
+    tool.parameter("spliced", spliced,
+                   "poses to choose from besides: trunk and head of one, arms of another, legs of a third", 0,
+                   10000000);
     tool.parameter("remove-root", remove_root,
                    "root to the origin, unrotated: without gravity it changes nothing of the body's shape");
 
     return tool.run(argc, argv, [&] {
         require_input(ranges_path.empty() || !template_path.empty(), "--range-of-motion needs --template");
+        require_input(all_joints || !template_path.empty(),
+                      "which joints move flesh is the template's to tell: give --template, or --all-joints");
+        require_input(spliced == 0 || !template_path.empty(), "--spliced needs --template");
+        std::optional<Template> body_template;
+        if (!template_path.empty()) body_template = read_template(template_path);
         PoseSet poses = read_poses(poses_path);
-        require_input(count <= poses.size(), "{}: has {} poses, --count asks for {}", poses_path, poses.size(), count);
+        require_input(count <= poses.size() + spliced, "{}: has {} poses, --count asks for {}", poses_path,
+                      poses.size() + spliced, count);
         require_input(first < poses.size(), "{}: has {} poses, --first is {}", poses_path, poses.size(), first);
         if (remove_root) {
             for (Pose& pose : poses.poses) remove_root_motion(pose);
@@ -47,7 +89,11 @@ int main(int argc, char** argv)
             Random random(tool.seed(), "first pose");
             first = static_cast<int>(random.below(static_cast<std::uint64_t>(poses.size())));
         }
-        const PoseSampling sampling = farthest_point_sampling(poses.poses, count, first);
+        if (spliced > 0) append_spliced(poses, *body_template, spliced, tool.seed());
+        const PoseSampling sampling =
+            all_joints ? farthest_point_sampling(poses.poses, count, first)
+                       : farthest_point_sampling(
+                             only_visible(poses.poses, body_template->visible_joints(), template_path), count, first);
 
         PoseSet kept;
         kept.clip_names = poses.clip_names;
@@ -63,7 +109,7 @@ int main(int argc, char** argv)
             std::optional<JointLimitTable> limits;
             if (!limits_path.empty()) limits = read_joint_limits(limits_path);
             const RangeOfMotion ranges =
-                range_of_motion(kept, read_template(template_path).rest.joint_positions, limits ? &*limits : nullptr);
+                range_of_motion(kept, body_template->rest.joint_positions, limits ? &*limits : nullptr);
             write_file(ranges_path, range_of_motion_json(ranges));
             fmt::print("{}", range_of_motion_table(ranges));
         }

@@ -294,6 +294,21 @@ SkinningWeights Template::volume_weights() const
     return select_weights(skin_weights, rows);
 }
 
+std::vector<int> Template::visible_joints() const
+{
+    constexpr double visible_weight = 1e-3;
+    const SkinningWeights weights = volume_weights();
+    std::vector<int> visible(skeleton.num_joints(), 0);
+    for (Eigen::Index i = 0; i < weights.size(); ++i)
+        for (int k = 0; k < max_influences; ++k)
+            if (weights.weights(i, k) >= visible_weight) visible[weights.joints(i, k)] = 1;
+    // A joint turns its descendants too; parents come before children.
+    for (int joint = skeleton.num_joints() - 1; joint > 0; --joint)
+        if (visible[joint]) visible[skeleton.parents[joint]] = 1;
+    if (!visible.empty()) visible[0] = 0;
+    return visible;
+}
+
 SkinningWeights Template::prism_weights() const
 {
     return element_weights(volume_weights(), prisms, skeleton.num_joints());

@@ -77,6 +77,9 @@ struct Template {
     int fat_begin() const { return num_prisms() / 2; }
     /// Weights of the volume vertices (each wrap carries those of its skin vertex), N_v rows.
     SkinningWeights volume_weights() const;
+    /// 1 for joints that carry, or have a descendant that carries, at least a thousandth of some volume vertex; 0 for
+    /// the others (fingers, jaw, eyes: simulation cannot see them) and for the root. J entries.
+    std::vector<int> visible_joints() const;
     /// Weights of the prisms, of their corners together (for the rotations R_p of NDG 4.3), N_p rows.
     SkinningWeights prism_weights() const;
 };

@@ -18,7 +18,7 @@ namespace ndg {
 namespace {
 
 constexpr double min_breadth = 0.6;        ///< least scale across a bone against that along it
-constexpr double breadth_quantile = 0.04;  ///< of a joint's vertices that may ask for less
+constexpr double breadth_quantile = 0.12;  ///< of a joint's vertices that may ask for less
 constexpr double bone_depth = 0.0045;      ///< m under the skin that breadths leave
 /// Growth of a bone's breadth with the body mass index, per kg/m^2 from 23.5: joints of heavier people are broader by
 /// caliper (Heinz et al. 2003), of which skin has its part.

@@ -26,7 +26,7 @@ struct LayerReport {
 
 /// To be raised whenever the same options, template and skin come to give other layers: no batch is resumed then that
 /// another method began.
-inline constexpr int layers_method_version = 2;
+inline constexpr int layers_method_version = 3;
 /// What all layered bodies of a batch depend on.
 std::string layers_key(const LayerFitOptions& options, const std::string& template_sha256);
 

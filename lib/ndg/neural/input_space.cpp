@@ -6,32 +6,11 @@
 #include <algorithm>
 
 namespace ndg {
-namespace {
-
-constexpr double visible_weight = 1e-3;
-
-std::vector<int> find_visible_joints(const Template& body_template)
-{
-    const Skeleton& skeleton = body_template.skeleton;
-    const SkinningWeights weights = body_template.volume_weights();
-    std::vector<int> visible(skeleton.num_joints(), 0);
-    for (Eigen::Index i = 0; i < weights.size(); ++i)
-        for (int k = 0; k < max_influences; ++k)
-            if (weights.weights(i, k) >= visible_weight) visible[weights.joints(i, k)] = 1;
-    // A joint turns its descendants too; parents come before children.
-    for (int joint = skeleton.num_joints() - 1; joint > 0; --joint)
-        if (visible[joint]) visible[skeleton.parents[joint]] = 1;
-    if (!visible.empty()) visible[0] = 0;
-    return visible;
-}
-
-}  // namespace
-
 InputSpace::InputSpace(const Template& body_template, const ShapeSpace& shape_space, bool sees_shape)
     : shape_space_(shape_space),
       sees_shape_(sees_shape),
       joint_names_(body_template.skeleton.joint_names),
-      visible_joints_(find_visible_joints(body_template))
+      visible_joints_(body_template.visible_joints())
 {
     require_input(shape_space.mean.size() == 3 * body_template.num_volume_vertices(),
                   "the shape space has {} coordinates where the template's volume has {}", shape_space.mean.size(),

@@ -32,8 +32,7 @@ public:
     int num_volume_vertices() const { return static_cast<int>(shape_space_.mean.size() / 3); }
     const ShapeSpace& shape_space() const { return shape_space_; }
     const std::vector<std::string>& joint_names() const { return joint_names_; }
-    /// 1 for the joints that are seen: those that carry, or have a descendant that carries, at least a thousandth of
-    /// some volume vertex; 0 for the others and for the root. J entries.
+    /// Template::visible_joints.
     const std::vector<int>& visible_joints() const { return visible_joints_; }
 
     /// The code of a body's rest shape, for PoseInput; encode once a body.

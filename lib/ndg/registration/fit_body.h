@@ -40,7 +40,7 @@ void describe(OptionList& list, FitOptions& options);
 
 /// To be raised whenever the same options, template and scans come to give other fits: no batch is resumed then that
 /// another method began.
-inline constexpr int fit_method_version = 2;
+inline constexpr int fit_method_version = 3;
 /// What all fits of a batch depend on; `input_sha256`: of the template and, where there are any, the examples.
 std::string fit_key(const FitOptions& options, const std::vector<std::string>& input_sha256);
 
