@@ -162,7 +162,7 @@ int main(int argc, char** argv)
                                             ? synthetic_motion(candidates, joints, tool.seed())
                                             : multiplied(read_poses(poses_path), candidates, tool.seed());
         PoseSampling sampling;
-        const Times fast = times_of([&] { sampling = farthest_point_sampling(poses, picks, 0); });
+        const Times fast = times_of([&] { sampling = farthest_point_sampling(poses, picks, {0}); });
         std::vector<int> naive_order;
         Times naive;
         {

@@ -38,6 +38,13 @@ $(SOURCE_CHOICE):
 $(MOTION_CHOICE):
 	@mkdir -p $(OUT) && rm -f $(OUT)/choice-motion-* && touch $@
 
+# PAIRS=<n>: so many training pairs, and an eighth of that each to validate and to test.
+PAIRS ?=
+PAIRS_CHOICE = $(OUT)/choice-pairs-$(or $(PAIRS),preset)
+PAIR_COUNTS = $(if $(PAIRS),--train-pairs $(PAIRS) --validation-pairs $$(( ($(PAIRS) + 7) / 8 )) --test-pairs $$(( ($(PAIRS) + 7) / 8 )))
+$(PAIRS_CHOICE):
+	@mkdir -p $(OUT) && rm -f $(OUT)/choice-pairs-* && touch $@
+
 $(OUT)/template.h5: $(CONFIG) $(SOURCE_CHOICE)
 	$(CHECK_DATA)
 	$(STAGE) template $(BIN)/make-template $(RUN) --source $(SOURCE) --sex $(SEX) $(MAKEHUMAN) $(BODYPARTS3D) --output $@
@@ -62,8 +69,8 @@ $(OUT)/poses.png: $(OUT)/poses.h5 $(OUT)/bodies.h5
 	$(STAGE) picture-poses $(BIN)/export-scene $(RUN) --template $(OUT)/template.h5 --bodies $(OUT)/bodies.h5 --poses $< \
 	    --picture-kind poses --count 150 --view three-quarter --picture $@
 
-$(OUT)/splits.h5: $(OUT)/template.h5 $(OUT)/bodies.h5 $(OUT)/poses.h5 $(CONFIG)
-	$(STAGE) make-splits $(BIN)/make-splits $(RUN) --template $(OUT)/template.h5 --bodies $(OUT)/bodies.h5 \
+$(OUT)/splits.h5: $(OUT)/template.h5 $(OUT)/bodies.h5 $(OUT)/poses.h5 $(CONFIG) $(PAIRS_CHOICE)
+	$(STAGE) make-splits $(BIN)/make-splits $(RUN) $(PAIR_COUNTS) --template $(OUT)/template.h5 --bodies $(OUT)/bodies.h5 \
 	    --poses $(OUT)/poses.h5 --output $@
 
 BODY_FILES = --template $(OUT)/template.h5 --bodies $(OUT)/bodies.h5 --poses $(OUT)/poses.h5

@@ -34,7 +34,7 @@ int main(int argc, char** argv)
                        splits.poses.at(name).size(), splits.pairs.at(name).size());
             num_used += splits.poses.at(name).size();
         }
-        fmt::print("{}: {} of {} poses unused, within {} s of another split\n", output_path,
+        fmt::print("{}: {} of {} poses unused, within {} s of another split or spliced from it\n", output_path,
                    static_cast<std::size_t>(poses.size()) - num_used, poses.size(), options.guard_seconds);
     });
 }

@@ -16,34 +16,6 @@
 
 using namespace ndg;
 
-namespace {
-
-/// Poses with the joints that move no flesh at rest, so that they add nothing to distances.
-std::vector<Pose> only_visible(std::vector<Pose> poses, const std::vector<int>& visible, const std::string& path)
-{
-    for (Pose& pose : poses) {
-        require_input(pose.parent_from_joint.size() == visible.size(), "{}: has {} joints, the poses have {}", path,
-                      visible.size(), pose.parent_from_joint.size());
-        for (std::size_t j = 1; j < visible.size(); ++j)
-            if (!visible[j]) pose.parent_from_joint[j].setIdentity();
-    }
-    return poses;
-}
-
-void append_spliced(PoseSet& poses, const Template& body_template, int count, std::uint64_t seed)
-{
-    const std::vector<Pose> spliced = splice_poses(poses.poses, body_template, count, seed).poses;
-    for (int i = 0; i < count; ++i) {
-        poses.poses.push_back(spliced[i]);
-        poses.clip_idx.push_back(static_cast<int>(poses.clip_names.size()));
-        poses.frame_idx.push_back(i);
-    }
-    poses.clip_names.emplace_back("spliced");
-    poses.clip_frame_rates.push_back(30.0);
-}
-
-}  // namespace
-
 int main(int argc, char** argv)
 {
     std::string poses_path, template_path, limits_path, output_path, ranges_path;
@@ -66,7 +38,7 @@ int main(int argc, char** argv)
     tool.parameter("all-joints", all_joints,
                    "distance over all joints; otherwise over those that move flesh (no fingers, jaw, eyes)");
     tool.parameter("spliced", spliced,
-                   "poses to choose from besides: trunk and head of one, arms of another, legs of a third", 0,
+                   "poses to add: trunk and head of one, arms of another, legs of a third; they serve training", 0,
                    10000000);
     tool.parameter("remove-root", remove_root,
                    "root to the origin, unrotated: without gravity it changes nothing of the body's shape");
@@ -79,8 +51,7 @@ int main(int argc, char** argv)
         std::optional<Template> body_template;
         if (!template_path.empty()) body_template = read_template(template_path);
         PoseSet poses = read_poses(poses_path);
-        require_input(count <= poses.size() + spliced, "{}: has {} poses, --count asks for {}", poses_path,
-                      poses.size() + spliced, count);
+        require_input(count <= poses.size(), "{}: has {} poses, --count asks for {}", poses_path, poses.size(), count);
         require_input(first < poses.size(), "{}: has {} poses, --first is {}", poses_path, poses.size(), first);
         if (remove_root) {
             for (Pose& pose : poses.poses) remove_root_motion(pose);
@@ -89,11 +60,9 @@ int main(int argc, char** argv)
             Random random(tool.seed(), "first pose");
             first = static_cast<int>(random.below(static_cast<std::uint64_t>(poses.size())));
         }
-        if (spliced > 0) append_spliced(poses, *body_template, spliced, tool.seed());
-        const PoseSampling sampling =
-            all_joints ? farthest_point_sampling(poses.poses, count, first)
-                       : farthest_point_sampling(
-                             only_visible(poses.poses, body_template->visible_joints(), template_path), count, first);
+        const std::vector<int> marked =
+            all_joints ? std::vector<int>(num_standard_joints, 1) : body_template->visible_joints();
+        const PoseSampling sampling = farthest_point_sampling(with_marked_joints(poses.poses, marked), count, {first});
 
         PoseSet kept;
         kept.clip_names = poses.clip_names;
@@ -104,6 +73,7 @@ int main(int argc, char** argv)
             kept.clip_idx.push_back(poses.clip_idx[idx]);
             kept.frame_idx.push_back(poses.frame_idx[idx]);
         }
+        if (spliced > 0) append_spliced(kept, poses, *body_template, marked, spliced, tool.seed());
         write_poses(output_path, kept, tool.provenance());
         if (!ranges_path.empty()) {
             std::optional<JointLimitTable> limits;
@@ -113,11 +83,14 @@ int main(int argc, char** argv)
             write_file(ranges_path, range_of_motion_json(ranges));
             fmt::print("{}", range_of_motion_table(ranges));
         }
-        const std::set<int> clips(kept.clip_idx.begin(), kept.clip_idx.end());
+        const std::set<int> clips(kept.clip_idx.begin(), kept.clip_idx.begin() + count);
         fmt::print(
             "{}: {} of {} poses from {} of {} clips, first {}; covering radius {:.4f} rad after the first, {:.4f} "
             "rad after all\n",
-            output_path, kept.size(), poses.size(), clips.size(), poses.clip_names.size(), first,
+            output_path, count, poses.size(), clips.size(), poses.clip_names.size(), first,
             sampling.covering_radius.front(), sampling.covering_radius.back());
+        if (spliced > 0)
+            fmt::print("and {} spliced ones; covering radius {:.4f} rad of those drawn\n", spliced,
+                       kept.covering_radius.back());
     });
 }

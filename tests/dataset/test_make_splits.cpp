@@ -263,3 +263,52 @@ TEST_CASE("splits without body or pose and wrong options are refused")
     options.segment_seconds = 0.0;
     CHECK_THROWS_AS(make_splits(20, poses, options), InputError);
 }
+
+TEST_CASE("spliced poses serve training, and nothing of validation or testing reaches it in them")
+{
+    PoseSet poses = clips({20, 16, 30, 12});
+    const int num_captured = poses.size();
+    const int num_spliced = 400;
+    poses.clip_names.emplace_back("spliced");
+    poses.clip_frame_rates.push_back(30.0);
+    poses.spliced_from.setConstant(num_captured + num_spliced, 6, -1);
+    Random random(3, "splices");
+    for (int k = 0; k < num_spliced; ++k) {
+        poses.poses.push_back(Pose::rest(1));
+        poses.clip_idx.push_back(4);
+        poses.frame_idx.push_back(k);
+        for (int part = 0; part < 3; ++part) {
+            const int source = static_cast<int>(random.below(static_cast<std::uint64_t>(num_captured)));
+            poses.spliced_from(num_captured + k, 2 * part) = poses.clip_idx[source];
+            poses.spliced_from(num_captured + k, 2 * part + 1) = poses.frame_idx[source];
+        }
+    }
+    SplitOptions options;
+    options.segment_seconds = 2.0;
+    options.seed = 1;
+    const Splits splits = make_splits(10, poses, options);
+    const auto seconds = [&](int clip, int frame) { return frame / poses.clip_frame_rates[clip]; };
+    for (const std::string split : {"validation", "test"}) {
+        CHECK(splits.poses.at(split).size() > 0.05 * num_captured);
+        CHECK(splits.poses.at(split).size() < 0.15 * num_captured);
+        for (const int i : splits.poses.at(split)) CHECK_FALSE(poses.is_spliced(i));
+    }
+    int used = 0;
+    for (const int i : splits.poses.at("train")) {
+        if (!poses.is_spliced(i)) continue;
+        ++used;
+        for (const std::string split : {"validation", "test"})
+            for (const int other : splits.poses.at(split))
+                for (int part = 0; part < 3; ++part) {
+                    if (poses.spliced_from(i, 2 * part) != poses.clip_idx[other]) continue;
+                    const double apart = std::abs(seconds(poses.clip_idx[other], poses.frame_idx[other]) -
+                                                  seconds(poses.clip_idx[other], poses.spliced_from(i, 2 * part + 1)));
+                    REQUIRE(apart >= options.guard_seconds - 1e-9);
+                }
+    }
+    // Four fifths of the captured poses serve training: about half of the triples come from them alone.
+    CHECK(used > 0.3 * num_spliced);
+    CHECK(used < 0.65 * num_spliced);
+    poses.spliced_from(num_captured, 2) = 9;
+    CHECK_THROWS_WITH(make_splits(10, poses, options), Contains("is spliced from clip 9, there are 5"));
+}

@@ -77,7 +77,7 @@ PoseSampling sampling_with_threads(int threads, const std::vector<Pose>& poses, 
 {
     const int before = num_threads();
     set_num_threads(threads);
-    PoseSampling sampling = farthest_point_sampling(poses, count, first);
+    PoseSampling sampling = farthest_point_sampling(poses, count, {first});
     set_num_threads(before);
     return sampling;
 }
@@ -140,7 +140,7 @@ TEST_CASE("farthest-point sampling equals brute force")
 {
     const std::vector<Pose> poses = random_poses(500, 11);
     constexpr int count = 120;
-    const PoseSampling sampling = farthest_point_sampling(poses, count, 42);
+    const PoseSampling sampling = farthest_point_sampling(poses, count, {42});
     REQUIRE(sampling.order.size() == count);
     REQUIRE(sampling.covering_radius.size() == count);
     std::vector<int> order = {42};
@@ -184,7 +184,7 @@ TEST_CASE("sampling is the same to the last bit as brute force, ties and all")
     // The last count is all that differ.
     for (const int count : {7, 500, 1903}) {
         const PoseSampling expected = brute_force(poses, count, 1777);
-        const PoseSampling sampling = farthest_point_sampling(poses, count, 1777);
+        const PoseSampling sampling = farthest_point_sampling(poses, count, {1777});
         CHECK(sampling.order == expected.order);
         CHECK(sampling.covering_radius == expected.covering_radius);
     }
@@ -205,14 +205,14 @@ TEST_CASE("sampling so many poses that threads share them gives the same on one 
 TEST_CASE("sampling refuses wrong counts and equal poses")
 {
     std::vector<Pose> poses = random_poses(10, 7);
-    CHECK_THROWS_AS(farthest_point_sampling(poses, 0, 0), InputError);
-    CHECK_THROWS_WITH(farthest_point_sampling(poses, 11, 0), Contains("11 poses were asked for, there are 10"));
-    CHECK_THROWS_AS(farthest_point_sampling(poses, 5, 10), InputError);
-    CHECK_THROWS_AS(farthest_point_sampling(poses, 5, -1), InputError);
-    CHECK_THROWS_AS(farthest_point_sampling({}, 1, 0), InputError);
+    CHECK_THROWS_AS(farthest_point_sampling(poses, 0, {0}), InputError);
+    CHECK_THROWS_WITH(farthest_point_sampling(poses, 11, {0}), Contains("11 poses were asked for, there are 10"));
+    CHECK_THROWS_AS(farthest_point_sampling(poses, 5, {10}), InputError);
+    CHECK_THROWS_AS(farthest_point_sampling(poses, 5, {-1}), InputError);
+    CHECK_THROWS_AS(farthest_point_sampling({}, 1, {0}), InputError);
     for (int i = 3; i < 10; ++i) poses[i] = poses[0];
-    CHECK(farthest_point_sampling(poses, 3, 0).covering_radius.back() == 0.0);
-    CHECK_THROWS_WITH(farthest_point_sampling(poses, 4, 0), Contains("only 3 of the 10 differ"));
+    CHECK(farthest_point_sampling(poses, 3, {0}).covering_radius.back() == 0.0);
+    CHECK_THROWS_WITH(farthest_point_sampling(poses, 4, {0}), Contains("only 3 of the 10 differ"));
 }
 
 TEST_CASE("removing the root leaves body poses that differ by the root alone equal")
@@ -226,4 +226,25 @@ TEST_CASE("removing the root leaves body poses that differ by the root alone equ
     remove_root_motion(poses[0]);
     CHECK(pose_distance(moved, poses[0]) == 0.0);
     CHECK(moved.root_translation.norm() == 0.0);
+}
+
+TEST_CASE("sampling goes on from poses picked before; joints that are not marked do not count")
+{
+    const std::vector<Pose> poses = random_poses(300, 8);
+    const PoseSampling whole = farthest_point_sampling(poses, 60, {5});
+    const PoseSampling rest =
+        farthest_point_sampling(poses, 60, std::vector<int>(whole.order.begin(), whole.order.begin() + 20));
+    CHECK(rest.order == whole.order);
+    CHECK(rest.covering_radius == whole.covering_radius);
+    CHECK_THROWS_AS(farthest_point_sampling(poses, 2, {1, 2, 3}), InputError);
+    CHECK_THROWS_AS(farthest_point_sampling(poses, 2, std::vector<int>{}), InputError);
+
+    std::vector<int> marked(num_joints, 0);
+    marked[2] = marked[7] = 1;
+    const std::vector<Pose> few = with_marked_joints(poses, marked);
+    const auto angle = [&](int joint) {
+        return rotation_angle(poses[4].parent_from_joint[joint], poses[250].parent_from_joint[joint]);
+    };
+    CHECK(pose_distance(few[4], few[250]) == Approx(angle(0) + angle(2) + angle(7)).margin(1e-12));
+    CHECK_THROWS_AS(with_marked_joints(poses, {1, 1}), InputError);
 }

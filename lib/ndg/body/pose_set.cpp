@@ -42,6 +42,10 @@ void write_poses(const std::string& path, const PoseSet& poses, const Provenance
             poses.clip_names.size(), poses.clip_frame_rates.size());
     require(poses.covering_radius.empty() || poses.covering_radius.size() == count,
             "{} poses were given {} covering radii", count, poses.covering_radius.size());
+    require(poses.spliced_from.rows() == 0 ||
+                (poses.spliced_from.rows() == static_cast<Eigen::Index>(count) && poses.spliced_from.cols() == 6),
+            "{} poses were given {} x {} sources of splices", count, poses.spliced_from.rows(),
+            poses.spliced_from.cols());
 
     std::vector<float> rotations(count * num_joints * 9);
     RowMatrix translations(static_cast<Eigen::Index>(count), 3);
@@ -65,6 +69,9 @@ void write_poses(const std::string& path, const PoseSet& poses, const Provenance
     writer.write("/poses/frame_idx", poses.frame_idx, "frame of that clip");
     writer.write("/poses/covering_radius", poses.covering_radius,
                  "largest distance of an unpicked pose after each pick, rad summed over joints; may be empty");
+    if (poses.spliced_from.rows() > 0)
+        writer.write("/poses/spliced_from", poses.spliced_from,
+                     "clip and frame of trunk and head, of the arms and of the legs; -1: not spliced");
     writer.write("/clips/names", poses.clip_names, "names of the motion clips");
     writer.write("/clips/frame_rates", poses.clip_frame_rates, "frame rates of the clips, Hz");
     writer.commit();
@@ -96,6 +103,10 @@ PoseSet read_poses(const std::string& path)
     poses.covering_radius = reader.read_doubles("/poses/covering_radius");
     require_input(poses.covering_radius.empty() || poses.covering_radius.size() == shape[0],
                   "{}: /poses/covering_radius has {} values for {} poses", path, poses.covering_radius.size(), count);
+
+    if (reader.has("/poses/spliced_from"))
+        poses.spliced_from =
+            reader.read_int_matrix("/poses/spliced_from", count, 6, -1, std::numeric_limits<int>::max());
 
     poses.poses.resize(shape[0]);
     for (std::size_t i = 0; i < shape[0]; ++i) {

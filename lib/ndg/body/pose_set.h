@@ -19,6 +19,11 @@ struct PoseSet {
     /// Covering radius after each pick (radians summed over joints); empty unless written by sample-poses.
     std::vector<double> covering_radius;
 
+    /// Of poses put together of three others (splice_poses): clip and frame of trunk and head, of the arms, of the
+    /// legs; -1 for the others. P x 6, or no rows where no pose is spliced.
+    RowMatrixI spliced_from;
+
+    bool is_spliced(int pose) const { return spliced_from.rows() > 0 && spliced_from(pose, 0) >= 0; }
     int size() const { return static_cast<int>(poses.size()); }
 };
 

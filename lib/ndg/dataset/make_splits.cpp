@@ -9,6 +9,7 @@
 #include <limits>
 #include <map>
 #include <numeric>
+#include <set>
 
 namespace ndg {
 
@@ -33,6 +34,7 @@ std::vector<Segment> cut_segments(const PoseSet& poses, double segment_seconds)
 {
     std::map<std::pair<int, long long>, std::vector<int>> by_segment;
     for (int i = 0; i < poses.size(); ++i) {
+        if (poses.is_spliced(i)) continue;
         const auto number = static_cast<long long>(std::floor(pose_time(poses, i) / segment_seconds));
         by_segment[{poses.clip_idx[i], number}].push_back(i);
     }
@@ -112,23 +114,53 @@ double deviation(const PoseSplits& splits, int num_poses, const SplitOptions& op
     return sum;
 }
 
+/// Spliced poses go to training if nothing they were made of is in a segment of validation or testing, or nearer than
+/// the guard to one of their poses.
+void add_spliced(const PoseSet& poses, const SplitOptions& options, PoseSplits& splits)
+{
+    std::map<int, std::vector<double>> withheld;  // clip -> times of poses of validation and testing
+    std::set<std::pair<int, long long>> withheld_segments;
+    const auto segment = [&](double time) {
+        return static_cast<long long>(std::floor(time / options.segment_seconds));
+    };
+    for (const int split : {1, 2})
+        for (const int i : splits[split]) {
+            withheld[poses.clip_idx[i]].push_back(pose_time(poses, i));
+            withheld_segments.insert({poses.clip_idx[i], segment(pose_time(poses, i))});
+        }
+    for (int i = 0; i < poses.size(); ++i) {
+        if (!poses.is_spliced(i)) continue;
+        bool free = true;
+        for (int part = 0; part < 3 && free; ++part) {
+            const int clip = poses.spliced_from(i, 2 * part);
+            const double time = poses.spliced_from(i, 2 * part + 1) / poses.clip_frame_rates[clip];
+            free = withheld_segments.count({clip, segment(time)}) == 0;
+            for (const double other : withheld[clip]) free = free && std::abs(other - time) >= options.guard_seconds;
+        }
+        if (free) splits[0].push_back(i);
+    }
+}
+
 PoseSplits split_poses(const PoseSet& poses, const SplitOptions& options)
 {
     const std::vector<Segment> segments = cut_segments(poses, options.segment_seconds);
+    int num_captured = 0;
+    for (const Segment& segment : segments) num_captured += static_cast<int>(segment.poses.size());
     PoseSplits best;
     double best_deviation = std::numeric_limits<double>::infinity();
     for (int draw = 0; draw < num_draws; ++draw) {
         const PoseSplits splits =
-            collect(poses, segments, draw_assignment(segments, poses.size(), options, draw), options);
-        const double value = deviation(splits, poses.size(), options);
+            collect(poses, segments, draw_assignment(segments, num_captured, options, draw), options);
+        const double value = deviation(splits, num_captured, options);
         if (value < best_deviation) {
             best = splits;
             best_deviation = value;
         }
     }
     require_input(std::isfinite(best_deviation),
-                  "{} poses in {} segments of {} s do not give each of train, validation and test a pose", poses.size(),
+                  "{} poses in {} segments of {} s do not give each of train, validation and test a pose", num_captured,
                   segments.size(), options.segment_seconds);
+    add_spliced(poses, options, best);
     return best;
 }
 
@@ -178,6 +210,12 @@ std::vector<SamplePair> draw_pairs(const std::vector<int>& bodies, const std::ve
 void check(const PoseSet& poses, const SplitOptions& options)
 {
     check_options(options);
+    for (int i = 0; i < poses.size(); ++i)
+        for (int part = 0; poses.is_spliced(i) && part < 3; ++part) {
+            const int clip = poses.spliced_from(i, 2 * part);
+            require_input(clip >= 0 && clip < static_cast<int>(poses.clip_names.size()),
+                          "pose {} is spliced from clip {}, there are {}", i, clip, poses.clip_names.size());
+        }
     const double sum = std::accumulate(options.fractions.begin(), options.fractions.end(), 0.0);
     require_input(std::abs(sum - 1.0) < 1e-6, "the split fractions add up to {}, not 1", sum);
     for (std::size_t c = 0; c < poses.clip_names.size(); ++c) {

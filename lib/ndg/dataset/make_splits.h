@@ -26,7 +26,8 @@ void describe(OptionList& list, SplitOptions& options);
 /// clip in different splits are at least guard_seconds apart. Of many random draws the one nearest to the fractions is
 /// taken. Pairs are without repetition, and in every prefix of them each body and each pose is used equally often
 /// within one. The same seed gives the same result.
-/// Throws InputError where a split would be without body or pose, or where more pairs are asked for than exist.
+/// Spliced poses serve training alone, those of which nothing comes from validation or testing; fractions are of the
+/// others. Throws InputError where a split would be without body or pose, or where more pairs are asked for than exist.
 Splits make_splits(int num_bodies, const PoseSet& poses, const SplitOptions& options);
 
 }  // namespace ndg

@@ -110,6 +110,7 @@ const std::vector<Schema>& schemas()
           {"/poses/clip_idx", "P", "int32"},
           {"/poses/frame_idx", "P", "int32"},
           {"/poses/covering_radius", "P or 0", "float64"},
+          {"/poses/spliced_from", "P x 6", "int32", optional},
           {"/clips/names", "C", "text"},
           {"/clips/frame_rates", "C", "float64"}}},
 

@@ -237,14 +237,28 @@ void remove_root_motion(Pose& pose)
     pose.root_translation.setZero();
 }
 
-PoseSampling farthest_point_sampling(const std::vector<Pose>& poses, int count, int first_idx)
+std::vector<Pose> with_marked_joints(std::vector<Pose> poses, const std::vector<int>& marked)
+{
+    for (Pose& pose : poses) {
+        require_input(pose.parent_from_joint.size() == marked.size(), "a pose has {} joints, {} were marked or not",
+                      pose.parent_from_joint.size(), marked.size());
+        for (std::size_t j = 1; j < marked.size(); ++j)
+            if (!marked[j]) pose.parent_from_joint[j].setIdentity();
+    }
+    return poses;
+}
+
+PoseSampling farthest_point_sampling(const std::vector<Pose>& poses, int count, const std::vector<int>& first)
 {
     const int num_poses = static_cast<int>(poses.size());
     require_input(count >= 1 && count <= num_poses, "{} poses were asked for, there are {}", count, num_poses);
-    require_input(first_idx >= 0 && first_idx < num_poses, "the first pose is {}, there are {}", first_idx, num_poses);
+    const int num_first = static_cast<int>(first.size());
+    require_input(num_first >= 1 && num_first <= count, "{} of {} poses were given to begin with", num_first, count);
+    for (const int idx : first)
+        require_input(idx >= 0 && idx < num_poses, "the first pose is {}, there are {}", idx, num_poses);
     NearestPicks nearest(poses, count);
     PoseSampling sampling;
-    int next = first_idx;
+    int next = first.front();
     while (true) {
         nearest.pick(next);
         sampling.order.push_back(next);
@@ -253,6 +267,10 @@ PoseSampling farthest_point_sampling(const std::vector<Pose>& poses, int count, 
         sampling.covering_radius.push_back(radius);
         const int num_picked = static_cast<int>(sampling.order.size());
         if (num_picked == count) break;
+        if (num_picked < num_first) {
+            next = first[num_picked];
+            continue;
+        }
         require_input(radius > 0.0, "{} poses were asked for, only {} of the {} differ", count, num_picked, num_poses);
         next = farthest;
     }

@@ -5,10 +5,12 @@
 #include "ndg/core/random.h"
 #include "ndg/geometry/closest_point.h"
 #include "ndg/geometry/surface_pairs.h"
+#include "ndg/motion/pose_sampling.h"
 
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <numeric>
 #include <string>
 
 namespace ndg {
@@ -200,6 +202,37 @@ SplicedPoses splice_poses(const std::vector<Pose>& poses, const Template& body_t
     require_input(failed == 0, "{} of {} spliced poses were not found in {} draws each: limbs overlap in all",
                   failed.load(), count, max_draws);
     return result;
+}
+
+void append_spliced(PoseSet& kept, const PoseSet& poses, const Template& body_template, const std::vector<int>& marked,
+                    int count, std::uint64_t seed)
+{
+    constexpr int drawn_for_one = 4;
+    constexpr double frame_rate = 30.0;  // of a clip that no one moved through
+    const int num_kept = kept.size();
+    const SplicedPoses spliced = splice_poses(poses.poses, body_template, drawn_for_one * count, seed);
+    std::vector<Pose> candidates = kept.poses;
+    candidates.insert(candidates.end(), spliced.poses.begin(), spliced.poses.end());
+    std::vector<int> first(num_kept);
+    std::iota(first.begin(), first.end(), 0);
+    const PoseSampling sampling =
+        farthest_point_sampling(with_marked_joints(std::move(candidates), marked), num_kept + count, first);
+
+    kept.spliced_from.setConstant(num_kept + count, 6, -1);
+    for (int k = 0; k < count; ++k) {
+        const int idx = sampling.order[num_kept + k] - num_kept;
+        kept.poses.push_back(spliced.poses[idx]);
+        kept.clip_idx.push_back(static_cast<int>(kept.clip_names.size()));
+        kept.frame_idx.push_back(idx);
+        kept.covering_radius.push_back(sampling.covering_radius[num_kept + k]);
+        for (int part = 0; part < 3; ++part) {
+            const int source = spliced.sources[idx][part];
+            kept.spliced_from(num_kept + k, 2 * part) = poses.clip_idx[source];
+            kept.spliced_from(num_kept + k, 2 * part + 1) = poses.frame_idx[source];
+        }
+    }
+    kept.clip_names.emplace_back("spliced");
+    kept.clip_frame_rates.push_back(frame_rate);
 }
 
 }  // namespace ndg

@@ -2,6 +2,7 @@
 // New poses from parts of captured ones.
 #pragma once
 
+#include "ndg/body/pose_set.h"
 #include "ndg/body/template.h"
 
 #include <array>
@@ -50,5 +51,11 @@ struct SplicedPoses {
 /// when a hundred draws in a row do not suffice.
 SplicedPoses splice_poses(const std::vector<Pose>& poses, const Template& body_template, int count, std::uint64_t seed,
                           double allowed_overlap = 0.01);
+
+/// Appends `count` spliced poses of `poses` to `kept`, a subset of it: of four times as many drawn those that
+/// farthest-point sampling finds, going on from `kept`; distances by the joints marked. They are frames of a clip
+/// "spliced".
+void append_spliced(PoseSet& kept, const PoseSet& poses, const Template& body_template, const std::vector<int>& marked,
+                    int count, std::uint64_t seed);
 
 }  // namespace ndg
