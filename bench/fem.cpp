@@ -5,6 +5,7 @@
 #include "ndg/core/stopwatch.h"
 #include "ndg/core/threads.h"
 #include "ndg/core/tool.h"
+#include "ndg/geometry/triangle_crossings.h"
 #include "ndg/motion/clinical_angles.h"
 #include "ndg/simulation/simulator.h"
 #include "ndg/solver/sparse_cholesky.h"
@@ -173,8 +174,8 @@ int main(int argc, char** argv)
         std::vector<double> seconds, iterations, factorizations;
         NewtonTimes times;
         int converged = 0, stepped = 0, without_inverted = 0, without_corner_inverted = 0;
-        double inverted = 0, corner_inverted = 0, intersecting = 0, body_seconds = 0, plain_seconds = 0,
-               same_seconds = 0;
+        double inverted = 0, corner_inverted = 0, intersecting = 0, intersecting_bones = 0, body_seconds = 0,
+               plain_seconds = 0, same_seconds = 0;
         int plain_converged = 0, plain_done = 0;
         std::vector<std::vector<double>> volume_changes(flesh_joint_names().size());
         Points last;
@@ -196,6 +197,12 @@ int main(int argc, char** argv)
                 inverted += result.inverted_prisms.by_volume;
                 corner_inverted += result.inverted_prisms.at_corners;
                 intersecting += result.intersecting_triangles;
+                const Triangles& wrap = bench.body_template.wrap_triangles;
+                const std::size_t crossing_bones =
+                    triangles_of_pairs(
+                        crossing_triangles(result.vertices.topRows(bench.body_template.num_wrap_vertices()), wrap))
+                        .size();
+                intersecting_bones += static_cast<double>(crossing_bones);
                 for (std::size_t joint = 0; joint < volume_changes.size(); ++joint)
                     volume_changes[joint].push_back(result.volume_changes[joint]);
                 without_inverted += result.inverted_prisms.by_volume == 0;
@@ -206,13 +213,14 @@ int main(int argc, char** argv)
                 times.substitution += newton.seconds.substitution;
                 times.evaluation += newton.seconds.evaluation;
                 last = result.vertices;
-                fmt::print(stderr,
-                           "body {} {:<20} {:5.2f} s: {:2d} iterations, {:2d} factorizations, {:2d} CG; {}, {:.1e} N, "
-                           "relative {:.1e}; {} inverted, {} at corners; {} skin triangles intersect\n",
-                           b, pose.name, seconds.back(), newton.iterations, newton.factorizations, newton.cg_iterations,
-                           describe(newton.stop), newton.residual_newton, newton.residual_relative,
-                           result.inverted_prisms.by_volume, result.inverted_prisms.at_corners,
-                           result.intersecting_triangles);
+                fmt::print(
+                    stderr,
+                    "body {} {:<20} {:5.2f} s: {:2d} iterations, {:2d} factorizations, {:2d} CG; {}, {:.1e} N, "
+                    "relative {:.1e}; {} inverted, {} at corners; {} skin triangles intersect, {} of the bone wrap\n",
+                    b, pose.name, seconds.back(), newton.iterations, newton.factorizations, newton.cg_iterations,
+                    describe(newton.stop), newton.residual_newton, newton.residual_relative,
+                    result.inverted_prisms.by_volume, result.inverted_prisms.at_corners, result.intersecting_triangles,
+                    crossing_bones);
                 if (plain_done >= num_plain) continue;
                 ++plain_done;
                 same_seconds += seconds.back();
@@ -263,6 +271,7 @@ int main(int argc, char** argv)
         report.add("corner_inverted_prisms_mean", corner_inverted / samples);
         report.add("frames_without_corner_inverted", without_corner_inverted / samples);
         report.add("intersecting_skin_triangles_mean", intersecting / samples);
+        report.add("intersecting_bone_wrap_triangles_mean", intersecting_bones / samples);
         report.add("peak_memory_mib", peak_memory_mib());
         for (std::size_t joint = 0; joint < volume_changes.size(); ++joint) {
             const std::vector<double>& changes = volume_changes[joint];
