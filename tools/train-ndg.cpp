@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ndg/body/shape_space.h"
+#include "ndg/core/blas_kernels.h"
 #include "ndg/core/error.h"
 #include "ndg/core/interrupt.h"
 #include "ndg/core/log.h"

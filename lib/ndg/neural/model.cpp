@@ -30,6 +30,7 @@ NeuralModel::NeuralModel(const NetworkOptions& options, const ShapeSpace& shape_
                                            seed,
                                            device,
                                            {},
+                                           {},
                                            {}});
     // Until training fits the basis, all of its (zero) coefficients mean the neutral prediction.
     state_->network = state_->new_network(RowMatrixF::Zero(options.output_basis, state_->output_space->width()));
@@ -79,7 +80,7 @@ RowMatrixF NeuralModel::predict(const std::vector<PoseInput>& inputs) const
         const int count = std::min(prediction_batch, num_samples - begin);
         RowMatrixF features(count, state_->input_space.width());
         for (int i = 0; i < count; ++i) features.row(i) = state_->input_space.features(inputs[begin + i]);
-        const torch::Tensor rows = state_->predict(features, 0).to(torch::kCPU).contiguous();
+        const torch::Tensor rows = state_->predict(features).to(torch::kCPU).contiguous();
         predictions.middleRows(begin, count) =
             Eigen::Map<const RowMatrixF>(rows.data_ptr<float>(), count, predictions.cols());
     }
