@@ -26,9 +26,14 @@ def python_steps(arguments):
     if arguments.set_threads:
         torch.set_num_threads(arguments.threads)
     torch.manual_seed(1)
+
+    class ToFloat(torch.nn.Module):  # LayerNorm of this version takes no bfloat16 with float32 weights
+        def forward(self, values):
+            return values.float()
+
     layers, width = [], 840
     for hidden in (4096, 4096, 600):
-        layers += [torch.nn.Linear(width, hidden), torch.nn.LayerNorm(hidden), torch.nn.GELU()]
+        layers += [torch.nn.Linear(width, hidden), ToFloat(), torch.nn.LayerNorm(hidden), torch.nn.GELU()]
         width = hidden
     last = torch.nn.Linear(width, 9 * arguments.prisms)
     torch.nn.init.zeros_(last.weight)

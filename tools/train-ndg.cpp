@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ndg/body/shape_space.h"
-#include "ndg/core/blas_kernels.h"
 #include "ndg/core/error.h"
 #include "ndg/core/interrupt.h"
 #include "ndg/core/log.h"
 #include "ndg/core/progress.h"
+#include "ndg/core/threads.h"
 #include "ndg/core/tool.h"
 #include "ndg/dataset/deformation_file.h"
 #include "ndg/dataset/sample_inputs.h"
@@ -67,6 +67,9 @@ int main(int argc, char** argv)
         log_info("{} training and {} validation samples ({} unconverged ones left out), {} prisms", training_set.size(),
                  validation_set.size(), training_set.num_unconverged() + validation_set.num_unconverged(),
                  body_template.num_prisms());
+        log_info("threads: {}; products in {}{}, weights and sums in float32", num_threads(),
+                 to_name(resolve_precision(training.precision, device)),
+                 training.precision == Precision::automatic ? " (precision auto)" : "");
 
         TrainingCallbacks callbacks;
         std::unique_ptr<Progress> progress;

@@ -299,8 +299,6 @@ TrainingResult Trainer::run()
 {
     TrainingResult result;
     start_or_resume(result);
-    log_info("training on {} threads, products in {}{}, sums and weights in float32", num_threads(),
-             to_name(precision_), options_.precision == Precision::automatic ? " (precision auto)" : "");
     const auto out_of_patience = [&] {
         return options_.patience > 0 && state_.epoch - state_.curve.best_epoch >= options_.patience;
     };
