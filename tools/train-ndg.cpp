@@ -37,7 +37,8 @@ int main(int argc, char** argv)
     tool.output("output", output_path, "model to write");
     tool.options(network);
     tool.options(training);
-    tool.parameter("cache-gigabytes", cache_gigabytes, "memory for keeping targets and what they are made with", 0.0, 1e6);
+    tool.parameter("cache-gigabytes", cache_gigabytes, "memory for keeping targets and what they are made with", 0.0,
+                   1e6);
     tool.parameter("device", device, "where the network is trained");
 
     return tool.run(argc, argv, [&] {
