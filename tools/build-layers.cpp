@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "ndg/core/blas_kernels.h"
 #include "ndg/core/error.h"
 #include "ndg/core/interrupt.h"
 #include "ndg/core/tool.h"
@@ -81,6 +82,7 @@ int main(int argc, char** argv)
     tool.parameter("keep-outside", keep_outside, "write bodies outside of published ranges too; they are still named");
     tool.parameter("min-passed", min_passed, "exit code 3 when a smaller share of the skins becomes bodies", 0.0, 1.0);
     return tool.run(argc, argv, [&] {
+        restart_with_better_blas(argv);
         catch_interrupts();
         const Template body_template = read_template(template_path);
         const SkinSet skins = read_skins(skins_path, body_template);

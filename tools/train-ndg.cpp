@@ -4,6 +4,7 @@
 #include "ndg/core/interrupt.h"
 #include "ndg/core/log.h"
 #include "ndg/core/progress.h"
+#include "ndg/core/threads.h"
 #include "ndg/core/tool.h"
 #include "ndg/dataset/deformation_file.h"
 #include "ndg/dataset/sample_inputs.h"
@@ -24,7 +25,7 @@ int main(int argc, char** argv)
     NetworkOptions network;
     TrainingOptions training;
     Device device = Device::cpu;
-    double cache_gigabytes = 8.0;
+    double cache_gigabytes = 4.0;
 
     Tool tool("train-ndg", "Trains the network that predicts deformation gradients from pose and body shape.",
               "train-ndg --template template.h5 --bodies bodies.h5 --poses poses.h5 --shape-space shapes.h5 "
@@ -36,7 +37,8 @@ int main(int argc, char** argv)
     tool.output("output", output_path, "model to write");
     tool.options(network);
     tool.options(training);
-    tool.parameter("cache-gigabytes", cache_gigabytes, "targets are kept in memory up to this size", 0.0, 1e6);
+    tool.parameter("cache-gigabytes", cache_gigabytes, "memory for keeping targets and what they are made with", 0.0,
+                   1e6);
     tool.parameter("device", device, "where the network is trained");
 
     return tool.run(argc, argv, [&] {
@@ -57,14 +59,18 @@ int main(int argc, char** argv)
 
         network.posing = samples.front().posing;
         NeuralModel model(network, shape_space, body_template, tool.seed(), device);
-        const auto make_set = [&](const std::string& split) {
-            return TrainingSet(model, body_template, inputs.bodies, inputs.poses, samples, split, cache_gigabytes);
+        const auto make_set = [&](const std::string& split, double share_of_cache) {
+            return TrainingSet(model, body_template, inputs.bodies, inputs.poses, samples, split,
+                               share_of_cache * cache_gigabytes);
         };
-        const TrainingSet training_set = make_set("train");
-        const TrainingSet validation_set = make_set("validation");
+        const TrainingSet training_set = make_set("train", 0.85);
+        const TrainingSet validation_set = make_set("validation", 0.15);
         log_info("{} training and {} validation samples ({} unconverged ones left out), {} prisms", training_set.size(),
                  validation_set.size(), training_set.num_unconverged() + validation_set.num_unconverged(),
                  body_template.num_prisms());
+        log_info("threads: {}; products in {}{}, weights and sums in float32", num_threads(),
+                 to_name(resolve_precision(training.precision, device)),
+                 training.precision == Precision::automatic ? " (precision auto)" : "");
 
         TrainingCallbacks callbacks;
         std::unique_ptr<Progress> progress;

@@ -1,14 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// The exponential kernel and AdamW against libtorch's own, and against finite differences.
+// The exponential kernel against libtorch's own, and against finite differences.
 #include "ndg/neural/matrix_exponential.h"
 
 #include "ndg/core/random.h"
 #include "ndg/core/threads.h"
 #include "ndg/core/types.h"
-#include "ndg/neural/adamw.h"
 #include "ndg/neural/parametrisation.h"
-
-#include <torch/optim/adamw.h>
 
 #include <cmath>
 #include <limits>
@@ -153,22 +150,4 @@ TEST_CASE("the differentiable exponential has torch's gradient")
     differentiable_exponential(ours).square().sum().backward();
     torch::matrix_exp(theirs.reshape({4, 15, 3, 3})).square().sum().backward();
     CHECK((ours.grad() - theirs.grad()).abs().max().item<double>() < 2e-5);
-}
-
-TEST_CASE("AdamW takes the steps of torch::optim::AdamW")
-{
-    const torch::Tensor start = as_tensor(random_matrices<float>(20, 1.0)).reshape({12, 15});
-    const torch::Tensor target = as_tensor(random_matrices<float>(20, 2.0)).reshape({12, 15});
-    torch::Tensor ours = start.clone().requires_grad_(), theirs = start.clone().requires_grad_();
-    AdamW optimizer({ours}, 0.1);
-    torch::optim::AdamW reference({theirs}, torch::optim::AdamWOptions(0.02).weight_decay(0.1));
-    for (int step = 0; step < 30; ++step) {
-        (ours - target).square().mean().backward();
-        optimizer.step(0.02);
-        reference.zero_grad();
-        (theirs - target).square().mean().backward();
-        reference.step();
-    }
-    CHECK((ours - start).abs().max().item<double>() > 0.1);
-    CHECK((ours - theirs).abs().max().item<double>() < 1e-5);
 }

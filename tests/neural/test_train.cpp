@@ -43,6 +43,17 @@ NeuralModel trained(const Synthetic& s, const NetworkOptions& network, const Tra
     return model;
 }
 
+/// Those that the processor can.
+std::vector<Precision> precisions()
+{
+    try {
+        resolve_precision(Precision::bfloat16, Device::cpu);
+        return {Precision::float32, Precision::bfloat16};
+    } catch (const InputError&) {
+        return {Precision::float32};
+    }
+}
+
 /// Five numbers that are linear in what the network sees: two rows of where the upper arm turns to, without the last.
 class ArmNumbers : public OutputSpace {
 public:
@@ -239,4 +250,46 @@ TEST_CASE("a model and samples that do not fit each other are refused")
     NeuralModel model = s.model(without_shape);
     const NeuralModel other = s.model(small_network());
     CHECK_THROWS_AS(train(model, s.set("train", other), s.set("validation", other), quick_training(1)), InputError);
+}
+
+TEST_CASE("two threads give the losses of one, but for the order of sums")
+{
+    const Synthetic s = make_synthetic(96, 24);
+    NetworkOptions network = small_network();
+    TrainingOptions options = quick_training(6);
+    for (const Precision precision : precisions()) {
+        CAPTURE(to_name(precision));
+        options.precision = precision;
+        set_num_threads(1);
+        const TrainingCurve one = trained(s, network, options).curve();
+        set_num_threads(2);
+        const TrainingCurve two = trained(s, network, options).curve();
+        set_num_threads(1);
+        for (std::size_t i = 0; i < one.epoch.size(); ++i) {
+            CHECK(two.train_loss[i] == Approx(one.train_loss[i]).epsilon(1e-3));
+            CHECK(two.validation_loss[i] == Approx(one.validation_loss[i]).epsilon(1e-3));
+        }
+    }
+}
+
+TEST_CASE("bfloat16 products learn as well as float32 ones")
+{
+    const Synthetic s = make_synthetic();
+    TrainingOptions options = quick_training(80);
+    options.precision = Precision::float32;
+    const double exact = trained(s, small_network(), options).curve().validation_loss.back();
+    for (const Precision precision : precisions()) {
+        options.precision = precision;
+        CHECK(trained(s, small_network(), options).curve().validation_loss.back() < 1.3 * exact);
+    }
+}
+
+TEST_CASE("a checkpoint that cannot be written ends the run with its name")
+{
+    const TemporaryFolder folder;
+    const Synthetic s = make_synthetic(16, 4);
+    TrainingOptions options = quick_training(4);
+    options.checkpoint_path = folder.file("no-such-folder/model.h5.checkpoint");
+    options.checkpoint_seconds = 0;
+    CHECK_THROWS_WITH(trained(s, small_network(), options), Catch::Contains("no-such-folder"));
 }

@@ -8,6 +8,8 @@
 
 #include <catch2/catch.hpp>
 
+#include <cmath>
+
 using namespace ndg;
 using namespace ndg::test;
 
@@ -29,12 +31,41 @@ TEST_CASE("targets kept in memory, of kept operators and computed anew are the s
     const TrainingSet kept = s.set("train", model), computed = s.set("train", model, 0.0);
     for (int i = 0; i < kept.size(); ++i) CHECK(target_of(kept, i) == target_of(computed, i));
     CHECK(kept.digest() == computed.digest());
-    // Two bodies' operators of 19 doubles a prism fit where forty targets of 9 floats a prism do not.
+    // Two bodies' operators of 19 doubles a prism fit where forty targets of 9 half numbers a prism do not.
     Synthetic few_bodies = make_synthetic(40, 2);
     for (int i = 0; i < 40; ++i) few_bodies.samples[0].pairs[i].body_idx = i % 2;
-    const TrainingSet operators = few_bodies.set("train", model, 500e-9 * s.tube.num_prisms());
     const TrainingSet all = few_bodies.set("train", model);
-    for (int i = 0; i < 40; ++i) CHECK(target_of(operators, i) == target_of(all, i));
+    for (const double bytes_a_prism : {100.0, 200.0, 400.0, 700.0, 800.0, 1100.0}) {
+        const TrainingSet some = few_bodies.set("train", model, 1e-9 * bytes_a_prism * s.tube.num_prisms());
+        for (int i = 0; i < 40; ++i) CHECK(target_of(some, i) == target_of(all, i));
+        for (int i = 0; i < 40; ++i) CHECK(target_of(some, i) == target_of(all, i));
+    }
+}
+
+TEST_CASE("targets are those of the output space, rounded to float16 about the neutral prediction")
+{
+    const Synthetic s = make_synthetic(8, 2);
+    const NeuralModel model = s.model(small_network());
+    const TrainingSet set = s.set("train", model);
+    const std::vector<float> neutral = neutral_prediction(model.output_space());
+    const BodyPoser poser(s.tube);
+    bool rounded = false;
+    for (int i = 0; i < set.size(); ++i) {
+        const Body& body = s.bodies.bodies[set.pair(i).body_idx];
+        const std::vector<float> stored = s.samples[0].coordinates(i);
+        std::vector<float> exact(set.width());
+        model.output_space().target(poser.pose(body, s.poses.poses[set.pair(i).pose_idx], set.pair(i)),
+                                    RestOperators(s.tube.prisms, body.volume_vertices),
+                                    Eigen::Map<const PointsF>(stored.data(), stored.size() / 3, 3), exact.data());
+        for (int again = 0; again < 2; ++again) {  // made, then read from memory
+            const std::vector<float> target = target_of(set, i);
+            for (int k = 0; k < set.width(); ++k) {
+                CHECK(std::abs(target[k] - exact[k]) <= std::abs(exact[k] - neutral[k]) / 2048 + 1e-7);
+                rounded = rounded || target[k] != exact[k];
+            }
+        }
+    }
+    CHECK(rounded);
 }
 
 TEST_CASE("only converged simulations of the split are used")

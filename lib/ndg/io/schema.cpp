@@ -177,6 +177,7 @@ const std::vector<Schema>& schemas()
           {"@output_basis", "", "float64"},
           {"@template_sha256", "", "text"},
           {"@explained_variance", "", "float64"},
+          {"@precision", "", "text", optional},
           {"@best_epoch", "", "float64"},
           {"@initial_train_loss", "", "float64"},
           {"@initial_validation_loss", "", "float64"},

@@ -7,6 +7,7 @@
 #include <torch/serialize/output-archive.h>
 #include <nlohmann/json.hpp>
 
+#include <chrono>
 #include <filesystem>
 #include <system_error>
 
@@ -14,6 +15,21 @@ namespace ndg {
 namespace {
 
 using Json = nlohmann::json;
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start)
+{
+    return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+void copy_tensors(const std::vector<torch::Tensor>& from, std::vector<torch::Tensor>& to)
+{
+    to.resize(from.size());
+    for (std::size_t i = 0; i < from.size(); ++i) {
+        if (!to[i].defined()) to[i] = torch::empty(from[i].sizes(), torch::kFloat32);
+        to[i].copy_(from[i].detach());
+    }
+}
 
 Json description(const Checkpoint& c)
 {
@@ -21,6 +37,7 @@ Json description(const Checkpoint& c)
             {"epoch", c.epoch},
             {"batch", c.batch},
             {"loss_sum", c.loss_sum},
+            {"neutral_sum", c.neutral_sum},
             {"learning_rate", c.learning_rate},
             {"bad_epochs", c.bad_epochs},
             {"num_steps", c.num_steps},
@@ -86,6 +103,7 @@ Checkpoint read_checkpoint(const std::string& path)
         c.epoch = json.at("epoch").get<int>();
         c.batch = json.at("batch").get<int>();
         c.loss_sum = json.at("loss_sum").get<double>();
+        c.neutral_sum = json.at("neutral_sum").get<double>();
         c.learning_rate = json.at("learning_rate").get<double>();
         c.bad_epochs = json.at("bad_epochs").get<int>();
         c.num_steps = json.at("num_steps").get<std::int64_t>();
@@ -106,6 +124,42 @@ Checkpoint read_checkpoint(const std::string& path)
     } catch (const std::exception&) {
         throw InputError(fmt::format("{}: not a readable training checkpoint; remove it to start afresh", path));
     }
+}
+
+CheckpointWriter::~CheckpointWriter()
+{
+    if (written_.valid()) written_.wait();
+}
+
+bool CheckpointWriter::busy()
+{
+    if (written_.valid() && written_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return true;
+    finish();
+    return false;
+}
+
+void CheckpointWriter::finish()
+{
+    if (written_.valid()) write_seconds_ = written_.get();
+}
+
+void CheckpointWriter::start(const Checkpoint& checkpoint)
+{
+    finish();
+    const Clock::time_point start = Clock::now();
+    const torch::NoGradGuard no_grad;
+    Checkpoint copy = checkpoint;
+    for (auto list : {&Checkpoint::parameters, &Checkpoint::first_moments, &Checkpoint::second_moments}) {
+        copy_tensors(checkpoint.*list, copy_.*list);
+        copy.*list = copy_.*list;
+    }
+    copy_ = std::move(copy);
+    copy_seconds_ = seconds_since(start);
+    written_ = std::async(std::launch::async, [this] {
+        const Clock::time_point begin = Clock::now();
+        write_checkpoint(path_, copy_);
+        return seconds_since(begin);
+    });
 }
 
 }  // namespace ndg

@@ -2,6 +2,7 @@
 #include "ndg/neural/model.h"
 
 #include "ndg/core/error.h"
+#include "ndg/core/threads.h"
 #include "ndg/neural/model_state.h"
 
 #include <torch/utils.h>
@@ -20,6 +21,8 @@ NeuralModel::NeuralModel(const NetworkOptions& options, const ShapeSpace& shape_
                          std::shared_ptr<const OutputSpace> output_space, std::uint64_t seed, Device device)
 {
     options.check();
+    // Before libtorch does anything: otherwise it sets the number of OpenMP threads itself, in Debian's build to one.
+    torch::set_num_threads(std::max(1, num_threads()));
     require_input(options.output_basis == 0 || output_space->has_approximate_inverse(),
                   "output_basis {} needs predictions that can be taken back to outputs of the network",
                   options.output_basis);
@@ -29,6 +32,7 @@ NeuralModel::NeuralModel(const NetworkOptions& options, const ShapeSpace& shape_
                                            body_template.file_sha256,
                                            seed,
                                            device,
+                                           {},
                                            {},
                                            {}});
     // Until training fits the basis, all of its (zero) coefficients mean the neutral prediction.
@@ -79,7 +83,7 @@ RowMatrixF NeuralModel::predict(const std::vector<PoseInput>& inputs) const
         const int count = std::min(prediction_batch, num_samples - begin);
         RowMatrixF features(count, state_->input_space.width());
         for (int i = 0; i < count; ++i) features.row(i) = state_->input_space.features(inputs[begin + i]);
-        const torch::Tensor rows = state_->predict(features, 0).to(torch::kCPU).contiguous();
+        const torch::Tensor rows = state_->predict(features).to(torch::kCPU).contiguous();
         predictions.middleRows(begin, count) =
             Eigen::Map<const RowMatrixF>(rows.data_ptr<float>(), count, predictions.cols());
     }

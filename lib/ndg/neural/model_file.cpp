@@ -155,6 +155,7 @@ void NeuralModel::save(const std::string& path, const Provenance& provenance) co
                    static_cast<double>(state.network.basis.defined() ? state.network.basis.size(0) : 0));
     file.attribute("template_sha256", state.template_sha256);
     file.attribute("explained_variance", space.explained_variance);
+    if (!state.precision.empty()) file.attribute("precision", state.precision);
     file.attribute("best_epoch", static_cast<double>(state.curve.best_epoch));
     file.attribute("initial_train_loss", state.curve.initial_train_loss);
     file.attribute("initial_validation_loss", state.curve.initial_validation_loss);
@@ -202,6 +203,7 @@ NeuralModel NeuralModel::load(const std::string& path, const Template& body_temp
     for_tensors(state.network,
                 [&](const std::string& name, torch::Tensor& tensor, const char*) { read_tensor(file, name, tensor); });
     state.curve = read_curve(file);
+    if (file.has_attribute("precision")) state.precision = file.attribute("precision");
     state.device = device;
     state.network.to(device);
     return model;

@@ -16,17 +16,17 @@ struct NeuralModel::State {
     Device device = Device::cpu;
     TorchNetwork network;
     TrainingCurve curve;
+    std::string precision;  ///< of the products it was trained with; empty: not said
 
     /// Untrained, its last layer on `basis` where that has rows.
     TorchNetwork new_network(const RowMatrixF& basis) const
     {
         return make_network(options.widths, input_space.width(), output_space->width(), basis, seed);
     }
-    /// (B, inputs) on the CPU to predictions (B, outputs) on the device, differentiable.
-    torch::Tensor predict(const RowMatrixF& features, double dropout) const
+    /// (B, inputs) on the CPU to predictions (B, outputs) on the device.
+    torch::Tensor predict(const RowMatrixF& features) const
     {
-        const torch::Tensor inputs = tensor_from(features).to(torch_device(device));
-        return output_space->activate(network.forward(inputs, dropout));
+        return output_space->activate(network.forward(tensor_from(features).to(torch_device(device))));
     }
 };
 

@@ -14,6 +14,20 @@ void require_available(Device device)
                   "device cuda is not available: no CUDA device, or libtorch was built without CUDA");
 }
 
+Precision resolve_precision(Precision precision, Device device)
+{
+    if (device == Device::cuda) return precision == Precision::bfloat16 ? precision : Precision::float32;
+#ifdef __x86_64__
+    const bool fast = __builtin_cpu_supports("amx-bf16"), possible = __builtin_cpu_supports("avx512bw");
+#else
+    const bool fast = false, possible = false;
+#endif
+    require_input(precision != Precision::bfloat16 || possible,
+                  "precision bfloat16 needs a processor with AVX-512, which this one is not; float32 runs here");
+    if (precision != Precision::automatic) return precision;
+    return fast ? Precision::bfloat16 : Precision::float32;
+}
+
 void NetworkOptions::check() const
 {
     check_options(*this);
@@ -39,10 +53,12 @@ void describe(OptionList& list, TrainingOptions& options)
     list.add("learning-rate", options.learning_rate, "of AdamW", 1e-12, 10);
     list.add("weight-decay", options.weight_decay, "of AdamW, on matrices", 0, 1000);
     list.add("schedule", options.schedule, "of the learning rate");
+    list.add("precision", options.precision,
+             "of factors in products (weights and sums are float32); auto: bfloat16 where the processor has it");
     list.add("dropout", options.dropout, "probability, after each hidden layer", 0, 0.95);
     list.add("input-noise", options.input_noise, "in standard deviations of each input", 0, 10);
     list.add("patience", options.patience, "epochs without improvement before stopping, 0: never", 0, 1000000);
-    list.add("checkpoint-seconds", options.checkpoint_seconds, "between checkpoints, 0: every epoch", 0, 1e9)
+    list.add("checkpoint-seconds", options.checkpoint_seconds, "between checkpoints at least, 0: every epoch", 0, 1e9)
         .run_only();
     list.add("checkpoint-path", options.checkpoint_path, "beside the output").no_flag().run_only();
     list.add("training-seed", options.seed, "of batches, noise and dropout").no_flag();

@@ -56,6 +56,18 @@ template <>
 inline constexpr EnumName<Schedule> enum_table<Schedule>[] = {
     {Schedule::constant, "constant"}, {Schedule::cosine, "cosine"}, {Schedule::plateau, "plateau"}};
 
+/// Of the factors of products in training; weights, sums and all else are float32. automatic: bfloat16 where the
+/// processor has matrix units for it (AMX).
+enum class Precision { automatic, float32, bfloat16 };
+template <>
+inline constexpr EnumName<Precision> enum_table<Precision>[] = {
+    {Precision::automatic, "auto"}, {Precision::float32, "float32"}, {Precision::bfloat16, "bfloat16"}};
+
+/// float32 or bfloat16, automatic resolved for this machine. (Without AMX bfloat16 products are no faster: AVX512-BF16
+/// multiplies twice as many numbers an instruction, half as often.) Throws InputError for bfloat16 where oneDNN lacks
+/// it.
+Precision resolve_precision(Precision precision, Device device);
+
 /// Training (NDG section 4.5).
 struct TrainingOptions {
     int epochs = 102;
@@ -63,10 +75,11 @@ struct TrainingOptions {
     double learning_rate = 1.3e-3;
     double weight_decay = 0.01;  ///< of AdamW; on matrices only, not on biases and LayerNorm
     Schedule schedule = Schedule::constant;
+    Precision precision = Precision::automatic;
     double dropout = 0.0;              ///< after each hidden layer, in training only
     double input_noise = 0.0;          ///< standard deviation of the noise added to the inputs that vary
     int patience = 0;                  ///< stop after so many epochs without a better validation loss; 0: never
-    double checkpoint_seconds = 60.0;  ///< 0: after every epoch
+    double checkpoint_seconds = 60.0;  ///< at least; more where they would cost over 2 %. 0: after every epoch
     std::string checkpoint_path;       ///< empty: no checkpoints
     std::uint64_t seed = 0;
 };

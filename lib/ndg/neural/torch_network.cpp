@@ -2,6 +2,7 @@
 #include "ndg/neural/torch_network.h"
 
 #include "ndg/core/random.h"
+#include "ndg/neural/matrix_product.h"
 
 #include <cmath>
 
@@ -48,16 +49,21 @@ std::vector<torch::Tensor> TorchNetwork::parameters() const
     return all;
 }
 
-torch::Tensor TorchNetwork::forward(const torch::Tensor& inputs, double dropout) const
+torch::Tensor TorchNetwork::activate(const Layer& layer, const torch::Tensor& sums, double dropout)
 {
+    const Tensor x = torch::gelu(torch::layer_norm(sums, {sums.size(1)}, layer.norm_weight, layer.norm_bias));
+    return dropout > 0 ? torch::dropout(x, dropout, true) : x;
+}
+
+torch::Tensor TorchNetwork::forward(const torch::Tensor& inputs) const
+{
+    const torch::NoGradGuard no_grad;
     Tensor x = inputs;
     for (const Layer& layer : layers) {
-        x = torch::linear(x, layer.weight, layer.bias);
-        if (!layer.norm_weight.defined()) continue;
-        x = torch::gelu(torch::layer_norm(x, {x.size(1)}, layer.norm_weight, layer.norm_bias));
-        if (dropout > 0) x = torch::dropout(x, dropout, true);
+        x = product(x, layer.weight.t()).add_(layer.bias);
+        if (layer.norm_weight.defined()) x = activate(layer, x, 0);
     }
-    return basis.defined() ? torch::matmul(x, basis) : x;
+    return basis.defined() ? product(x, basis) : x;
 }
 
 void TorchNetwork::to(Device device)

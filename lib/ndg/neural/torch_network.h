@@ -22,8 +22,11 @@ struct TorchNetwork {
 
     /// Trained tensors in a fixed order.
     std::vector<torch::Tensor> parameters() const;
-    /// (B, inputs) to raw outputs (B, outputs). Dropout with this probability, drawn from torch's generator; 0 in use.
-    torch::Tensor forward(const torch::Tensor& inputs, double dropout) const;
+    /// (B, inputs) to raw outputs (B, outputs), in float32. Not differentiable: TrainingPass is.
+    torch::Tensor forward(const torch::Tensor& inputs) const;
+    /// What follows the matrix of a hidden layer, differentiable: LayerNorm, GELU and dropout with this probability,
+    /// drawn from torch's generator.
+    static torch::Tensor activate(const Layer& layer, const torch::Tensor& sums, double dropout);
     void to(Device device);
     /// float32 copy on the CPU.
     static RowMatrixF matrix(const torch::Tensor& tensor);

@@ -4,14 +4,16 @@
 #include "ndg/core/error.h"
 #include "ndg/core/interrupt.h"
 #include "ndg/core/log.h"
-#include "ndg/core/parallel_for.h"
 #include "ndg/core/provenance.h"
 #include "ndg/core/random.h"
 #include "ndg/core/threads.h"
 #include "ndg/neural/adamw.h"
 #include "ndg/neural/checkpoint.h"
+#include "ndg/neural/matrix_product.h"
 #include "ndg/neural/model_state.h"
 #include "ndg/neural/output_basis.h"
+#include "ndg/neural/target_loader.h"
+#include "ndg/neural/training_pass.h"
 
 #include <torch/utils.h>
 
@@ -19,6 +21,8 @@
 #include <chrono>
 #include <cmath>
 #include <filesystem>
+#include <numeric>
+#include <optional>
 #include <system_error>
 
 namespace ndg {
@@ -29,6 +33,7 @@ using Clock = std::chrono::steady_clock;
 
 constexpr int plateau_patience = 5;
 constexpr double plateau_factor = 0.5;
+constexpr double checkpoint_share = 0.02;  ///< of the time, at most
 
 /// One training run: its options, its data, and its state between two steps.
 class Trainer {
@@ -41,14 +46,22 @@ private:
     std::string fingerprint() const;
     void start_or_resume(TrainingResult& result);
     void train_epoch();
-    void train_batch(const std::vector<int>& order, int first, int count);
+    void train_batch(const TargetLoader::Batch& batch);
     void finish_epoch();
-    double mean_loss(const TrainingSet& set) const;
-    double mean_neutral_loss(const TrainingSet& set) const;
+    /// Mean losses of the network and, before the first epoch is over, of the neutral prediction (otherwise 0).
+    struct Losses {
+        double network = 0, neutral = 0;
+    };
+    Losses mean_losses(const TrainingSet& set) const;
+    double neutral_loss(const Tensor& targets) const
+    {
+        return torch::mean((targets - neutral_).square(), torch::kFloat64).item<double>();
+    }
+    bool in_first_epoch() const { return state_.curve.epoch.empty(); }
     double batch_learning_rate() const;
-    /// Rows of features, noisy where asked, and of targets (on the model's device) of some samples.
-    RowMatrixF inputs_of(const TrainingSet& set, const int* samples, int count, double noise) const;
-    Tensor targets_of(const TrainingSet& set, const int* samples, int count) const;
+    /// Rows of features of some samples, noisy where asked.
+    RowMatrixF inputs_of(const TrainingSet& set, const std::vector<int>& samples, double noise) const;
+    Tensor on_device(const Tensor& tensor) const { return tensor.to(torch_device(model_.device)); }
     void save_checkpoint();
     void save_if_due();
     bool stop_requested() const { return callbacks_.stop ? callbacks_.stop() : interrupt_requested(); }
@@ -60,9 +73,13 @@ private:
     const TrainingOptions& options_;
     const TrainingCallbacks& callbacks_;
     Eigen::RowVectorXf noise_scale_;
+    Precision precision_;
+    Tensor neutral_;  ///< the neutral prediction, on the model's device
     Checkpoint state_;
     std::vector<Tensor> parameters_;
-    AdamW optimizer_;
+    std::optional<TrainingPass> pass_;
+    std::optional<AdamW> optimizer_;
+    CheckpointWriter writer_;
     Clock::time_point last_save_ = Clock::now();
 };
 
@@ -73,8 +90,11 @@ Trainer::Trainer(NeuralModel::State& model, const TrainingSet& training, const T
       validation_(validation),
       options_(options),
       callbacks_(callbacks),
-      optimizer_({}, 0)
+      precision_(resolve_precision(options.precision, model.device)),
+      writer_(options.checkpoint_path)
 {
+    std::vector<float> neutral = neutral_prediction(*model.output_space);
+    neutral_ = on_device(torch::tensor(neutral));
     const RowMatrixF& features = training.features();
     const Eigen::RowVectorXf mean = features.colwise().mean();
     noise_scale_ =
@@ -84,14 +104,14 @@ Trainer::Trainer(NeuralModel::State& model, const TrainingSet& training, const T
 std::string Trainer::fingerprint() const
 {
     return run_key("training", training_method_version, options_key(model_.options) + options_key(options_),
-                   {model_.template_sha256, std::to_string(model_.seed), std::to_string(model_.output_space->width()),
-                    training_.digest(), validation_.digest()});
+                   {to_name(precision_), model_.template_sha256, std::to_string(model_.seed),
+                    std::to_string(model_.output_space->width()), training_.digest(), validation_.digest()});
 }
 
-RowMatrixF Trainer::inputs_of(const TrainingSet& set, const int* samples, int count, double noise) const
+RowMatrixF Trainer::inputs_of(const TrainingSet& set, const std::vector<int>& samples, double noise) const
 {
-    RowMatrixF rows(count, set.features().cols());
-    for (int i = 0; i < count; ++i) rows.row(i) = set.features().row(samples[i]);
+    RowMatrixF rows(samples.size(), set.features().cols());
+    for (std::size_t i = 0; i < samples.size(); ++i) rows.row(i) = set.features().row(samples[i]);
     if (noise > 0) {
         Random random(options_.seed, "input noise", static_cast<std::uint64_t>(state_.num_steps));
         for (Eigen::Index i = 0; i < rows.rows(); ++i)
@@ -101,44 +121,24 @@ RowMatrixF Trainer::inputs_of(const TrainingSet& set, const int* samples, int co
     return rows;
 }
 
-Tensor Trainer::targets_of(const TrainingSet& set, const int* samples, int count) const
-{
-    const std::int64_t width = model_.output_space->width();
-    Tensor targets = torch::empty({count, width}, torch::kFloat32);
-    float* data = targets.data_ptr<float>();
-    parallel_for(count, [&](int i) { set.target(samples[i], data + i * width); });
-    return targets.to(torch_device(model_.device));
-}
-
-double Trainer::mean_loss(const TrainingSet& set) const
+Trainer::Losses Trainer::mean_losses(const TrainingSet& set) const
 {
     const torch::NoGradGuard no_grad;
-    double sum = 0;
-    for (int first = 0; first < set.size(); first += options_.batch_size) {
-        std::vector<int> samples;
-        for (int i = first; i < std::min(first + options_.batch_size, set.size()); ++i) samples.push_back(i);
-        const int count = static_cast<int>(samples.size());
-        const Tensor predicted = model_.predict(inputs_of(set, samples.data(), count, 0), 0);
-        sum += count * torch::mse_loss(predicted, targets_of(set, samples.data(), count)).item<double>();
+    Losses sums;
+    std::vector<int> order(set.size());
+    std::iota(order.begin(), order.end(), 0);
+    TargetLoader loader([&](int sample_idx, float* target) { set.target(sample_idx, target); }, set.width(), order,
+                        options_.batch_size);
+    for (int done = 0; done < set.size();) {
+        const TargetLoader::Batch batch = loader.next();
+        const Tensor targets = on_device(batch.targets);
+        const auto count = static_cast<int>(batch.samples.size());
+        sums.network +=
+            count * torch::mse_loss(model_.predict(inputs_of(set, batch.samples, 0)), targets).item<double>();
+        if (in_first_epoch()) sums.neutral += count * neutral_loss(targets);
+        done += count;
     }
-    return sum / set.size();
-}
-
-double Trainer::mean_neutral_loss(const TrainingSet& set) const
-{
-    const std::vector<float> neutral = neutral_prediction(*model_.output_space);
-    double sum = 0;
-    std::vector<float> target(neutral.size());
-    for (int i = 0; i < set.size(); ++i) {
-        set.target(i, target.data());
-        double squares = 0;
-        for (std::size_t k = 0; k < target.size(); ++k) {
-            const double difference = static_cast<double>(target[k]) - neutral[k];
-            squares += difference * difference;
-        }
-        sum += squares / static_cast<double>(target.size());
-    }
-    return sum / set.size();
+    return {sums.network / set.size(), sums.neutral / set.size()};
 }
 
 void Trainer::start_or_resume(TrainingResult& result)
@@ -156,8 +156,6 @@ void Trainer::start_or_resume(TrainingResult& result)
     } else {
         state_.fingerprint = current_fingerprint;
         state_.learning_rate = options_.learning_rate;
-        state_.curve.initial_train_loss = mean_neutral_loss(training_);
-        state_.curve.initial_validation_loss = mean_neutral_loss(validation_);
     }
     RowMatrixF basis;
     if (resume && state_.basis.defined())
@@ -168,7 +166,8 @@ void Trainer::start_or_resume(TrainingResult& result)
     state_.basis = model_.network.basis;
     model_.network.to(model_.device);
     parameters_ = model_.network.parameters();
-    optimizer_ = AdamW(parameters_, options_.weight_decay);
+    pass_.emplace(model_.network, precision_);
+    optimizer_.emplace(parameters_, pass_->copies(), options_.weight_decay);
     if (!resume) return;
     const torch::NoGradGuard no_grad;
     require_input(state_.parameters.size() == parameters_.size(),
@@ -176,20 +175,24 @@ void Trainer::start_or_resume(TrainingResult& result)
                   parameters_.size());
     for (std::size_t i = 0; i < parameters_.size(); ++i) {
         parameters_[i].copy_(state_.parameters[i]);
-        optimizer_.first_moments[i].copy_(state_.first_moments[i]);
-        optimizer_.second_moments[i].copy_(state_.second_moments[i]);
+        optimizer_->first_moments[i].copy_(state_.first_moments[i]);
+        optimizer_->second_moments[i].copy_(state_.second_moments[i]);
     }
-    optimizer_.num_steps = state_.num_steps;
+    pass_->refresh_copies();
+    optimizer_->num_steps = state_.num_steps;
+    state_.parameters = parameters_;  // not the memory of what was read
+    state_.first_moments = optimizer_->first_moments;
+    state_.second_moments = optimizer_->second_moments;
 }
 
 void Trainer::save_checkpoint()
 {
-    last_save_ = Clock::now();
-    if (options_.checkpoint_path.empty()) return;
-    state_.parameters = parameters_;
-    state_.first_moments = optimizer_.first_moments;
-    state_.second_moments = optimizer_.second_moments;
-    write_checkpoint(options_.checkpoint_path, state_);
+    if (!options_.checkpoint_path.empty()) {
+        state_.parameters = parameters_;
+        state_.first_moments = optimizer_->first_moments;
+        state_.second_moments = optimizer_->second_moments;
+        writer_.start(state_);
+    }
     last_save_ = Clock::now();
 }
 
@@ -197,15 +200,20 @@ void Trainer::save_if_due()
 {
     if (stop_requested()) {
         save_checkpoint();
+        writer_.finish();
         throw Interrupted(
             options_.checkpoint_path.empty()
                 ? fmt::format("training stopped in epoch {}", state_.epoch + 1)
                 : fmt::format("training stopped in epoch {}; run the same command again to resume from {}",
                               state_.epoch + 1, options_.checkpoint_path));
     }
+    if (options_.checkpoint_seconds == 0) {
+        if (state_.batch == 0) save_checkpoint();
+        return;
+    }
     const double elapsed = std::chrono::duration<double>(Clock::now() - last_save_).count();
-    const bool due = options_.checkpoint_seconds > 0 ? elapsed >= options_.checkpoint_seconds : state_.batch == 0;
-    if (due) save_checkpoint();
+    if (elapsed < options_.checkpoint_seconds || writer_.busy()) return;
+    if (elapsed >= writer_.seconds() / checkpoint_share) save_checkpoint();
 }
 
 double Trainer::batch_learning_rate() const
@@ -216,32 +224,42 @@ double Trainer::batch_learning_rate() const
     return 0.5 * options_.learning_rate * (1 + std::cos(EIGEN_PI * done / total));
 }
 
-void Trainer::train_batch(const std::vector<int>& order, int first, int count)
+void Trainer::train_batch(const TargetLoader::Batch& batch)
 {
     const double learning_rate = batch_learning_rate();
     // One seed a step, so that a resumed run draws the same dropout masks.
     torch::manual_seed(Random(options_.seed, "dropout", static_cast<std::uint64_t>(state_.num_steps)).next());
-    const RowMatrixF inputs = inputs_of(training_, order.data() + first, count, options_.input_noise);
-    const Tensor loss =
-        torch::mse_loss(model_.predict(inputs, options_.dropout), targets_of(training_, order.data() + first, count));
+    const RowMatrixF inputs = inputs_of(training_, batch.samples, options_.input_noise);
+    const Tensor targets = on_device(batch.targets);
+    const Tensor outputs = pass_->forward(on_device(tensor_from(inputs)), options_.dropout);
+    const Tensor loss = torch::mse_loss(model_.output_space->activate(outputs), targets);
     const double value = loss.item<double>();
     require(std::isfinite(value), "the training loss is {} in epoch {}: the learning rate {} is too high", value,
             state_.epoch + 1, learning_rate);
     loss.backward();
-    optimizer_.step(learning_rate);
-    state_.num_steps = optimizer_.num_steps;
+    optimizer_->begin_step(learning_rate);
+    pass_->backward(outputs.grad(), *optimizer_);
+    state_.num_steps = optimizer_->num_steps;
+    const auto count = static_cast<double>(batch.samples.size());
     state_.loss_sum += count * value;
+    if (in_first_epoch()) {
+        const torch::NoGradGuard no_grad;
+        state_.neutral_sum += count * neutral_loss(targets);
+    }
     ++state_.batch;
 }
 
 void Trainer::train_epoch()
 {
-    const std::vector<int> order =
-        Random(options_.seed, "shuffle", static_cast<std::uint64_t>(state_.epoch)).permutation(training_.size());
-    while (state_.batch < batches_per_epoch()) {
-        const int first = state_.batch * options_.batch_size;
-        train_batch(order, first, std::min(options_.batch_size, training_.size() - first));
-        if (state_.batch < batches_per_epoch()) save_if_due();
+    {
+        TargetLoader loader(
+            [this](int sample_idx, float* target) { training_.target(sample_idx, target); }, training_.width(),
+            Random(options_.seed, "shuffle", static_cast<std::uint64_t>(state_.epoch)).permutation(training_.size()),
+            options_.batch_size, state_.batch);
+        while (state_.batch < batches_per_epoch()) {
+            train_batch(loader.next());
+            if (state_.batch < batches_per_epoch()) save_if_due();
+        }
     }
     finish_epoch();
 }
@@ -249,10 +267,15 @@ void Trainer::train_epoch()
 void Trainer::finish_epoch()
 {
     TrainingCurve& curve = state_.curve;
-    const double validation_loss = mean_loss(validation_);
+    const Losses validation = mean_losses(validation_);
+    const double validation_loss = validation.network;
     require(std::isfinite(validation_loss),
             "the validation loss is {} after epoch {}: the learning rate {} is too high", validation_loss,
             state_.epoch + 1, options_.learning_rate);
+    if (in_first_epoch()) {
+        curve.initial_train_loss = state_.neutral_sum / training_.size();
+        curve.initial_validation_loss = validation.neutral;
+    }
     curve.epoch.push_back(state_.epoch + 1);
     curve.train_loss.push_back(state_.loss_sum / training_.size());
     curve.validation_loss.push_back(validation_loss);
@@ -286,6 +309,7 @@ TrainingResult Trainer::run()
     const torch::NoGradGuard no_grad;
     for (std::size_t i = 0; i < parameters_.size(); ++i) parameters_[i].copy_(state_.best_parameters[i]);
     model_.curve = state_.curve;
+    model_.precision = to_name(precision_);
     result.epochs_run = state_.epoch;
     result.stopped_early = state_.epoch < options_.epochs;
     result.best_validation_loss = state_.best_validation_loss;

@@ -3,7 +3,6 @@
 
 #include "ndg/core/error.h"
 #include "ndg/core/hash.h"
-#include "ndg/core/parallel_for.h"
 
 #include <algorithm>
 #include <set>
@@ -30,7 +29,7 @@ TrainingSet::TrainingSet(const NeuralModel& model, const Template& body_template
 {
     choose_samples(deformations, split);
     compute_features(model.input_space());
-    keep_what_fits(cache_gigabytes);
+    plan_memory(1e9 * cache_gigabytes);
 }
 
 void TrainingSet::choose_samples(const std::vector<DeformationSet>& deformations, const std::string& split)
@@ -72,32 +71,37 @@ void TrainingSet::compute_features(const InputSpace& input_space)
     }
 }
 
-void TrainingSet::keep_what_fits(double cache_gigabytes)
+void TrainingSet::plan_memory(double max_bytes)
 {
-    std::map<int, std::vector<int>> samples_of_body;
-    for (int i = 0; i < size(); ++i) samples_of_body[pair(i).body_idx].push_back(i);
-    std::vector<int> used_bodies;
-    for (const auto& [body_idx, samples] : samples_of_body) used_bodies.push_back(body_idx);
-
-    const double num_prisms = poser_.body_template().num_prisms();
-    const double bytes_of_targets = sizeof(float) * static_cast<double>(width()) * size();
-    const double bytes_of_rest = (sizeof(PrismGradient) + sizeof(double)) * num_prisms * used_bodies.size();
-    if (1e-9 * bytes_of_targets <= cache_gigabytes) {
-        RowMatrixF targets(size(), width());
-        parallel_for(static_cast<int>(used_bodies.size()), [&](int i) {
-            const RestOperators rest = rest_operators(used_bodies[i]);
-            for (const int sample : samples_of_body.at(used_bodies[i]))
-                compute_target(sample, rest, targets.row(sample).data());
-        });
-        kept_targets_ = std::move(targets);
-    } else if (1e-9 * bytes_of_rest <= cache_gigabytes) {
-        for (const int body_idx : used_bodies) kept_rest_.emplace(body_idx, rest_operators(body_idx));
+    std::map<int, int> samples_of_body;
+    for (int i = 0; i < size(); ++i) ++samples_of_body[pair(i).body_idx];
+    const double bytes_of_body =
+        static_cast<double>(sizeof(PrismGradient) + sizeof(double)) * poser_.body_template().num_prisms();
+    const double bytes_of_targets = HalfRows::bytes_of(size(), width());
+    double room_for_rest = bytes_of_targets <= max_bytes ? max_bytes - bytes_of_targets : max_bytes;
+    double room_for_targets = max_bytes;
+    for (const auto& [body_idx, num_samples] : samples_of_body) {
+        if (room_for_rest < bytes_of_body) break;
+        room_for_rest -= bytes_of_body;
+        room_for_targets -= bytes_of_body;
+        kept_rest_[body_idx] = std::make_unique<KeptRest>();
+        kept_rest_[body_idx]->needed = num_samples;
     }
+    kept_targets_ = std::make_unique<HalfRows>(neutral_prediction(*output_space_), size(), room_for_targets);
 }
 
-RestOperators TrainingSet::rest_operators(int body_idx) const
+std::shared_ptr<const RestOperators> TrainingSet::rest_operators(int body_idx) const
 {
-    return RestOperators(poser_.body_template().prisms, bodies_->bodies[body_idx].volume_vertices);
+    const auto make = [&] {
+        return std::make_shared<const RestOperators>(poser_.body_template().prisms,
+                                                     bodies_->bodies[body_idx].volume_vertices);
+    };
+    const auto found = kept_rest_.find(body_idx);
+    if (found == kept_rest_.end()) return make();
+    const std::lock_guard<std::mutex> lock(found->second->mutex);
+    std::shared_ptr<const RestOperators>& operators = found->second->operators;
+    if (!operators) operators = make();
+    return operators;
 }
 
 void TrainingSet::compute_target(int sample_idx, const RestOperators& rest, float* target) const
@@ -112,25 +116,28 @@ void TrainingSet::compute_target(int sample_idx, const RestOperators& rest, floa
 
 void TrainingSet::target(int sample_idx, float* target) const
 {
-    if (kept_targets_.size() > 0) {
-        std::copy_n(kept_targets_.row(sample_idx).data(), width(), target);
-        return;
-    }
+    if (kept_targets_->read(sample_idx, target)) return;
     const int body_idx = pair(sample_idx).body_idx;
-    const auto kept = kept_rest_.find(body_idx);
-    if (kept != kept_rest_.end())
-        compute_target(sample_idx, kept->second, target);
-    else
-        compute_target(sample_idx, rest_operators(body_idx), target);
+    compute_target(sample_idx, *rest_operators(body_idx), target);
+    if (!kept_targets_->keep(sample_idx, target)) return;
+    const auto found = kept_rest_.find(body_idx);
+    if (found == kept_rest_.end() || --found->second->needed > 0) return;
+    const std::lock_guard<std::mutex> lock(found->second->mutex);
+    found->second->operators.reset();
 }
 
 std::string TrainingSet::digest() const
 {
+    constexpr int num_read = 16;
     std::string digests = sha256(bytes_of(features_.data(), static_cast<std::size_t>(features_.size())));
-    for (const Sample& sample : samples_) {
-        digests += fmt::format(" {} {} ", sample.pair.body_idx, sample.pair.pose_idx);
+    for (int i = 0; i < size(); ++i) {
+        const Sample& sample = samples_[i];
+        digests += fmt::format("\n{} {}", sample.pair.body_idx, sample.pair.pose_idx);
+        for (const auto& [name, values] : sample.set->statistics)
+            if (name != "seconds") digests += fmt::format(" {} {}", name, values[sample.place]);
+        if (i % std::max(1, size() / num_read) != 0) continue;
         const std::vector<float> stored = sample.set->coordinates(sample.place);
-        digests += sha256(bytes_of(stored.data(), stored.size()));
+        digests += " " + sha256(bytes_of(stored.data(), stored.size()));
     }
     return sha256(digests);
 }

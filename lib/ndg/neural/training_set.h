@@ -5,9 +5,13 @@
 #include "ndg/body/pose_set.h"
 #include "ndg/body/template.h"
 #include "ndg/dataset/deformation_file.h"
+#include "ndg/neural/half_rows.h"
 #include "ndg/neural/model.h"
 
+#include <atomic>
 #include <map>
+#include <memory>
+#include <mutex>
 #include <string>
 #include <vector>
 
@@ -18,10 +22,11 @@ namespace ndg {
 /// outlive it; sets that were only opened are read sample by sample.
 class TrainingSet {
 public:
-    /// Inputs and targets in the spaces of `model`. Targets are computed once and kept where they fit in
-    /// `cache_gigabytes`, otherwise anew whenever they are asked for, with the bodies' rest operators kept where
-    /// those fit. Throws InputError when a body, pose or vertex count does not fit, when a pair occurs twice, or
-    /// when no sample of the split is left.
+    /// Inputs and targets in the spaces of `model`. Targets are made when they are first asked for. At most
+    /// `cache_gigabytes` are taken to keep them, in float16 about the neutral prediction, and the rest operators of
+    /// bodies; where all targets fit operators go when the last target of their body is kept, otherwise operators come
+    /// first, and what is not kept is made anew. Throws InputError when a body, pose or vertex count does not fit, when
+    /// a pair occurs twice, or when no sample of the split is left.
     TrainingSet(const NeuralModel& model, const Template& body_template, const BodySet& bodies, const PoseSet& poses,
                 const std::vector<DeformationSet>& deformations, const std::string& split,
                 double cache_gigabytes = 8.0);
@@ -35,9 +40,11 @@ public:
 
     /// size() x InputSpace::width().
     const RowMatrixF& features() const { return features_; }
-    /// OutputSpace::target of a sample, width() numbers. May be called by any thread.
+    /// OutputSpace::target of a sample, width() numbers, rounded as HalfRows does whether it is kept or not. May be
+    /// called by any thread.
     void target(int sample_idx, float* target) const;
-    /// SHA-256 of the pairs, features and vertices: two sets with the same digest train the same network.
+    /// SHA-256 of pairs, features and the simulations' figures (energy, residual and the like) of all samples and of
+    /// the vertices of a few, so that not all have to be read: two sets with the same digest train the same network.
     std::string digest() const;
 
 private:
@@ -48,8 +55,14 @@ private:
     };
     void choose_samples(const std::vector<DeformationSet>& deformations, const std::string& split);
     void compute_features(const InputSpace& input_space);
-    void keep_what_fits(double cache_gigabytes);
-    RestOperators rest_operators(int body_idx) const;
+    /// Rest operators of a body while they are needed.
+    struct KeptRest {
+        std::mutex mutex;
+        std::shared_ptr<const RestOperators> operators;
+        std::atomic<int> needed = 0;  ///< by samples whose targets are not kept
+    };
+    void plan_memory(double max_bytes);
+    std::shared_ptr<const RestOperators> rest_operators(int body_idx) const;
     void compute_target(int sample_idx, const RestOperators& rest, float* target) const;
 
     const OutputSpace* output_space_;
@@ -59,8 +72,8 @@ private:
     std::vector<Sample> samples_;
     int num_unconverged_ = 0;
     RowMatrixF features_;
-    RowMatrixF kept_targets_;                 ///< one row a sample, or none
-    std::map<int, RestOperators> kept_rest_;  ///< of every body of a sample, or of none
+    std::unique_ptr<HalfRows> kept_targets_;
+    std::map<int, std::unique_ptr<KeptRest>> kept_rest_;  ///< by body, of those that may be kept
 };
 
 }  // namespace ndg
