@@ -3,7 +3,7 @@
 // outside their wrap, gaps in knees and shoulders, collapse at joints, attachments of muscles, and the time a frame.
 #include "ndg/body/anatomy.h"
 #include "ndg/body/pose_set.h"
-#include "ndg/bones/bone_motion.h"
+#include "ndg/bones/bone_rig.h"
 #include "ndg/core/error.h"
 #include "ndg/core/stopwatch.h"
 #include "ndg/core/threads.h"
@@ -16,10 +16,12 @@
 #include "ndg/scene/render.h"
 #include "ndg/wraps/bone_interior.h"
 #include "report.h"
+#include "wrap_folds.h"
 
 #include <Eigen/SVD>
 
 #include <map>
+#include <numeric>
 
 using namespace ndg;
 
@@ -191,9 +193,12 @@ private:
 void Bench::measure(const std::string& mode, const std::vector<NamedPose>& poses, bool each, bench::Report& report)
 {
     const BodyPoser& poser_of_mode = poser(mode);
+    double parts[3] = {};
     double worst_rigid = 0, worst_outside = 0, seconds = 0, worst_attached = 0;
     std::string worst_rigid_name, worst_outside_name, worst_attached_name;
-    std::vector<double> outside_millimetres, attached;
+    std::vector<double> outside_millimetres, attached, folded;
+    std::map<std::string, double> folded_at;  // nearest joint
+    std::map<std::string, double> outside_of;
     std::map<std::string, std::vector<double>> volumes, shortest, longest;
     for (const NamedPose& named : poses) {
         poser_of_mode.pose(body_, named.pose).bone_wrap();
@@ -201,6 +206,20 @@ void Bench::measure(const std::string& mode, const std::vector<NamedPose>& poses
         const PosedBody posed = poser_of_mode.pose(body_, named.pose);
         posed.bone_wrap();
         seconds += thread_seconds() - start;
+        if (mode == "rigid") {
+            static const RiggedBodies rigged(template_);
+            const auto rig = rigged.of(body_);
+            const auto rest_wrap = body_.volume_vertices.topRows(template_.num_wrap_vertices());
+            double at[4];
+            at[0] = thread_seconds();
+            const auto segments = rig->motion.segments(posed.world_from_rest());
+            at[1] = thread_seconds();
+            Points blended = dual_quaternion_blending(rest_wrap, rigged.rig().wrap_weights, segments);
+            at[2] = thread_seconds();
+            rig->clearance.push_out(segments, blended);
+            at[3] = thread_seconds();
+            for (int k = 0; k < 3; ++k) parts[k] += at[k + 1] - at[k];
+        }
         const Points volume = posed.skinned_volume(), anatomy = posed.anatomy(anatomy_rest_, volume);
         Points inside(inside_.rows(), 3);
         stack_interior(volume, posed.bone_interior(), inside);
@@ -223,8 +242,10 @@ void Bench::measure(const std::string& mode, const std::vector<NamedPose>& poses
             }
             for (int v = begin; v < part.vertex_end; ++v) {
                 if (template_.embedding.elements[v] < 0) continue;
-                const double distance = wrap.signed_distance(anatomy.row(v).transpose());
-                if (distance < 0.0005) continue;
+                ClosestPoint nearest;
+                const double distance = wrap.signed_distance(anatomy.row(v).transpose(), &nearest);
+                // Through the caps bones go on into head, hands and toes.
+                if (distance < 0.0005 || nearest.triangle_idx >= template_.wrap_triangles.rows()) continue;
                 suspects.push_back(v);
                 distances.push_back(distance);
                 names.push_back(part.name);
@@ -238,6 +259,8 @@ void Bench::measure(const std::string& mode, const std::vector<NamedPose>& poses
         for (std::size_t i = 0; i < suspects.size(); ++i) {
             if (winding[Eigen::Index(i)] > 0.5) continue;
             outside_millimetres.push_back(mm * distances[i]);
+            double& known = outside_of[names[i] + " in " + named.name];
+            known = std::max(known, mm * distances[i]);
             count_outside += distances[i] > 0.001;
             if (distances[i] > pose_outside) {
                 pose_outside = distances[i];
@@ -247,6 +270,13 @@ void Bench::measure(const std::string& mode, const std::vector<NamedPose>& poses
         if (pose_outside > worst_outside) {
             worst_outside = pose_outside;
             worst_outside_name = pose_outside_name + " in " + named.name;
+        }
+        const std::vector<int> folds = bench::folded_vertices(posed.bone_wrap(), template_.wrap_triangles);
+        folded.push_back(double(folds.size()));
+        for (const int v : folds) {
+            Eigen::Index joint = 0;
+            (body_.joint_positions.rowwise() - inside_.row(v)).rowwise().squaredNorm().minCoeff(&joint);
+            folded_at[template_.skeleton.joint_names[joint]] += 1.0 / double(poses.size());
         }
         for (const Region& region : regions_) {
             double now = 0;
@@ -272,8 +302,8 @@ void Bench::measure(const std::string& mode, const std::vector<NamedPose>& poses
             }
         }
         if (each) {
-            fmt::print("{:<6} {:<15} outside {:5.1f} mm ({}, {} vertices > 1 mm);", mode, named.name, mm * pose_outside,
-                       pose_outside_name, count_outside);
+            fmt::print("{:<6} {:<15} outside {:5.1f} mm ({}, {} vertices > 1 mm), {} folded;", mode, named.name,
+                       mm * pose_outside, pose_outside_name, count_outside, folds.size());
             for (const Region& region : regions_)
                 fmt::print(" {} {:.2f} ({:.2f}-{:.2f})", region.name, volumes[region.name].back(),
                            shortest[region.name].back(), longest[region.name].back());
@@ -283,6 +313,23 @@ void Bench::measure(const std::string& mode, const std::vector<NamedPose>& poses
     fmt::print("{}: not rigid by {:.3f} mm: {}; {:.1f} mm outside the wrap: {}; attachments off by {:.1f} mm: {}\n",
                mode, mm * worst_rigid, worst_rigid_name, mm * worst_outside, worst_outside_name, mm * worst_attached,
                worst_attached_name);
+    if (!each) {
+        std::vector<std::pair<double, std::string>> sorted;
+        for (const auto& [name, value] : outside_of)
+            if (value > 0.9) sorted.emplace_back(value, name);
+        std::sort(sorted.rbegin(), sorted.rend());
+        fmt::print("outside in {} cases:", sorted.size());
+        for (std::size_t i = 0; i < std::min<std::size_t>(sorted.size(), 25); ++i)
+            fmt::print(" {} {:.1f};", sorted[i].second, sorted[i].first);
+        sorted.clear();
+        for (const auto& [name, value] : folded_at) sorted.emplace_back(value, name);
+        std::sort(sorted.rbegin(), sorted.rend());
+        fmt::print("\nfolded:");
+        for (std::size_t i = 0; i < std::min<std::size_t>(sorted.size(), 20); ++i)
+            fmt::print(" {} {:.2f}", sorted[i].second, sorted[i].first);
+        fmt::print("\n");
+    }
+    report.add(mode + "_folded_vertices", std::accumulate(folded.begin(), folded.end(), 0.0) / double(folded.size()));
     report.add(mode + "_rigidity_defect_mm", mm * worst_rigid);
     report.add(mode + "_bones_outside_mm", mm * worst_outside);
     report.add(mode + "_bone_vertices_outside_1mm",
@@ -299,6 +346,9 @@ void Bench::measure(const std::string& mode, const std::vector<NamedPose>& poses
         report.add(mode + "_attachment_gap_p99_mm", bench::quantile(attached, 0.99));
         report.add(mode + "_attachment_gap_max_mm", bench::quantile(attached, 1));
     }
+    if (mode == "rigid")
+        fmt::print("ms: segments {:.2f}, blending {:.2f}, clearance {:.2f}\n", 1e3 * parts[0] / double(poses.size()),
+                   1e3 * parts[1] / double(poses.size()), 1e3 * parts[2] / double(poses.size()));
     report.add(mode + "_milliseconds_a_frame", 1000 * seconds / double(poses.size()));
 }
 
