@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // What becomes of bones and bone wrap in poses, moved by linear blend skinning and as rigid bones: rigidity, bones
 // outside their wrap, gaps in knees and shoulders, collapse at joints, attachments of muscles, and the time a frame.
+#include "clinical_pose.h"
 #include "ndg/body/anatomy.h"
 #include "ndg/body/pose_set.h"
 #include "ndg/bones/bone_rig.h"
 #include "ndg/core/error.h"
 #include "ndg/core/stopwatch.h"
-#include "ndg/core/threads.h"
 #include "ndg/core/tool.h"
 #include "ndg/deform/posed_body.h"
 #include "ndg/geometry/closest_point.h"
@@ -27,47 +27,9 @@ using namespace ndg;
 
 namespace {
 
-constexpr double degree = M_PI / 180.0, mm = 1000.0;
+using bench::NamedPose;
 
-struct NamedPose {
-    std::string name;
-    Pose pose;
-};
-
-/// Poses of clinical angles in degrees; "both_" stands for left_ and right_.
-Pose clinical_pose(const ClinicalFrames& frames, const std::vector<std::pair<std::string, double>>& degrees)
-{
-    std::vector<double> angles(clinical_angle_names().size(), 0.0);
-    for (const auto& [name, value] : degrees) {
-        const bool both = name.rfind("both_", 0) == 0;
-        for (const std::string side : {"left_", "right_"}) {
-            const int angle = find_clinical_angle(both ? side + name.substr(5) : name);
-            require(angle >= 0, "there is no angle {}", name);
-            angles[angle] = value * degree;
-        }
-    }
-    return frames.pose(angles);
-}
-
-std::vector<NamedPose> named_poses(const ClinicalFrames& frames)
-{
-    const auto pose = [&](const std::vector<std::pair<std::string, double>>& degrees) {
-        return clinical_pose(frames, degrees);
-    };
-    return {{"deep-squat", pose({{"both_knee.flexion", 140},
-                                 {"both_hip.flexion", 115},
-                                 {"both_ankle.dorsiflexion", 15},
-                                 {"both_shoulder.elevation", 90},
-                                 {"both_shoulder.plane", 90},
-                                 {"trunk.flexion", 35}})},
-            {"arms-overhead", pose({{"both_shoulder.elevation", 165}, {"both_clavicle.elevation", 20}})},
-            {"arms-forward",
-             pose({{"both_shoulder.elevation", 90}, {"both_shoulder.plane", 90}, {"both_clavicle.protraction", 15}})},
-            {"bent-trunk", pose({{"trunk.flexion", 80}, {"trunk.turn_left", 20}, {"both_hip.flexion", 30}})},
-            {"high-knee", pose({{"left_hip.flexion", 120}, {"left_knee.flexion", 130}})},
-            {"deep-knee-bend", pose({{"both_knee.flexion", 145}})},
-            {"pronated", pose({{"both_elbow.flexion", 90}, {"both_forearm.pronation", 70}})}};
-}
+constexpr double mm = 1000.0;
 
 /// Largest distance of points from the best rigid motion of where they were, m (Kabsch 1976).
 double rigidity_defect(const Eigen::Ref<const Points>& rest, const Eigen::Ref<const Points>& posed)
@@ -101,7 +63,6 @@ public:
     }
 
     void measure(const std::string& mode, const std::vector<NamedPose>& poses, bool each, bench::Report& report);
-    void knee(const std::string& mode, const ClinicalFrames& frames, bench::Report& report) const;
 
     const BodyPoser& poser(const std::string& mode)
     {
@@ -111,6 +72,23 @@ public:
     }
 
 private:
+    /// Seconds of this thread are added: motions of bones, blending, clearance.
+    void time_parts(const PosedBody& posed, std::array<double, 3>& seconds)
+    {
+        if (!rigged_) rigged_ = std::make_unique<RiggedBodies>(template_);
+        const auto rig = rigged_->of(body_);
+        const auto rest_wrap = body_.volume_vertices.topRows(template_.num_wrap_vertices());
+        const double start = thread_seconds();
+        const auto segments = rig->motion.segments(posed.world_from_rest());
+        const double moved = thread_seconds();
+        Points wrap = dual_quaternion_blending(rest_wrap, rigged_->rig().wrap_weights, segments);
+        const double blended = thread_seconds();
+        rig->clearance.push_out(segments, wrap);
+        seconds[0] += moved - start;
+        seconds[1] += blended - moved;
+        seconds[2] += thread_seconds() - blended;
+    }
+
     struct Attachment {
         int vertex;
         Eigen::RowVector3i triangle;
@@ -188,12 +166,13 @@ private:
     std::vector<Region> regions_;
     std::vector<Attachment> attachments_;
     std::map<std::string, std::unique_ptr<BodyPoser>> posers_;
+    std::unique_ptr<RiggedBodies> rigged_;
 };
 
 void Bench::measure(const std::string& mode, const std::vector<NamedPose>& poses, bool each, bench::Report& report)
 {
     const BodyPoser& poser_of_mode = poser(mode);
-    double parts[3] = {};
+    std::array<double, 3> parts = {};
     double worst_rigid = 0, worst_outside = 0, seconds = 0, worst_attached = 0;
     std::string worst_rigid_name, worst_outside_name, worst_attached_name;
     std::vector<double> outside_millimetres, attached, folded;
@@ -206,20 +185,7 @@ void Bench::measure(const std::string& mode, const std::vector<NamedPose>& poses
         const PosedBody posed = poser_of_mode.pose(body_, named.pose);
         posed.bone_wrap();
         seconds += thread_seconds() - start;
-        if (mode == "rigid") {
-            static const RiggedBodies rigged(template_);
-            const auto rig = rigged.of(body_);
-            const auto rest_wrap = body_.volume_vertices.topRows(template_.num_wrap_vertices());
-            double at[4];
-            at[0] = thread_seconds();
-            const auto segments = rig->motion.segments(posed.world_from_rest());
-            at[1] = thread_seconds();
-            Points blended = dual_quaternion_blending(rest_wrap, rigged.rig().wrap_weights, segments);
-            at[2] = thread_seconds();
-            rig->clearance.push_out(segments, blended);
-            at[3] = thread_seconds();
-            for (int k = 0; k < 3; ++k) parts[k] += at[k + 1] - at[k];
-        }
+        if (mode == "rigid") time_parts(posed, parts);
         const Points volume = posed.skinned_volume(), anatomy = posed.anatomy(anatomy_rest_, volume);
         Points inside(inside_.rows(), 3);
         stack_interior(volume, posed.bone_interior(), inside);
@@ -346,49 +312,12 @@ void Bench::measure(const std::string& mode, const std::vector<NamedPose>& poses
         report.add(mode + "_attachment_gap_p99_mm", bench::quantile(attached, 0.99));
         report.add(mode + "_attachment_gap_max_mm", bench::quantile(attached, 1));
     }
-    if (mode == "rigid")
-        fmt::print("ms: segments {:.2f}, blending {:.2f}, clearance {:.2f}\n", 1e3 * parts[0] / double(poses.size()),
-                   1e3 * parts[1] / double(poses.size()), 1e3 * parts[2] / double(poses.size()));
+    if (mode == "rigid") {
+        report.add("rigid_bone_motions_ms", 1000 * parts[0] / double(poses.size()));
+        report.add("rigid_blending_ms", 1000 * parts[1] / double(poses.size()));
+        report.add("rigid_clearance_ms", 1000 * parts[2] / double(poses.size()));
+    }
     report.add(mode + "_milliseconds_a_frame", 1000 * seconds / double(poses.size()));
-}
-
-void Bench::knee(const std::string& mode, const ClinicalFrames& frames, bench::Report& report) const
-{
-    const BodyPoser& poser_of_mode = *posers_.at(mode);
-    const auto part = [&](const std::string& name) {
-        for (const AnatomyPart& candidate : template_.anatomy_parts)
-            if (candidate.name == name) return candidate;
-        throw InputError("the template has no " + name);
-    };
-    const AnatomyPart femur = part("Left femur"), tibia = part("Left tibia"), patella = part("Left patella");
-    const auto gaps = [&](const Points& anatomy) {
-        const TriangleTree tree(anatomy, template_.anatomy_triangles.middleRows(
-                                             femur.triangle_begin, femur.triangle_end - femur.triangle_begin));
-        std::array<double, 2> least = {1.0, 1.0};
-        const AnatomyPart* moving[2] = {&tibia, &patella};
-        for (int k = 0; k < 2; ++k)
-            for (int v = moving[k]->vertex_begin; v < moving[k]->vertex_end; ++v)
-                least[k] = std::min(least[k], tree.signed_distance(anatomy.row(v).transpose()));
-        return least;
-    };
-    const auto rest = gaps(anatomy_rest_);
-    std::array<double, 2> least = rest, most = rest;
-    fmt::print("{} knee: flexion, mm from femur to tibia and to kneecap (at rest {:.2f}, {:.2f})\n", mode, mm * rest[0],
-               mm * rest[1]);
-    for (double angle = 0; angle <= 145; angle += 14.5) {
-        const PosedBody posed = poser_of_mode.pose(body_, clinical_pose(frames, {{"left_knee.flexion", angle}}));
-        const auto now = gaps(posed.anatomy(anatomy_rest_, posed.skinned_volume()));
-        for (int k = 0; k < 2; ++k) {
-            least[k] = std::min(least[k], now[k]);
-            most[k] = std::max(most[k], now[k]);
-        }
-        fmt::print("{:6.1f} {:7.2f} {:7.2f}\n", angle, mm * now[0], mm * now[1]);
-    }
-    for (int k = 0; k < 2; ++k) {
-        const std::string name = mode + (k == 0 ? "_femur_tibia" : "_femur_patella");
-        report.add(name + "_least_of_rest", least[k] / rest[k]);
-        report.add(name + "_most_of_rest", most[k] / rest[k]);
-    }
 }
 
 /// Bone wrap with bones, and bones alone, whole and close to joints: one row a view.
@@ -440,7 +369,6 @@ int main(int argc, char** argv)
     tool.parameter("pictured-pose", pictured, "this pose of --poses instead of the named ones; -1: none", -1, 1 << 30);
     tool.output("output", output, "JSON result", false);
     return tool.run(argc, argv, [&] {
-        set_num_threads(1);
         const Template body_template = read_template(template_path);
         Body body = body_template.rest;
         if (!bodies_path.empty()) {
@@ -450,8 +378,10 @@ int main(int argc, char** argv)
             body = bodies.bodies[body_idx];
         }
         const ClinicalFrames frames(body.joint_positions);
-        std::vector<NamedPose> named = named_poses(frames);
+        std::vector<NamedPose> named = bench::named_poses(frames);
         std::vector<NamedPose> all = named;
+        const std::vector<NamedPose> deep = bench::deep_knee_bends(frames);
+        all.insert(all.end(), deep.begin(), deep.end());
         if (!poses_path.empty()) {
             const PoseSet poses = read_poses(poses_path);
             if (pictured >= 0 && pictured < poses.size()) {
@@ -468,7 +398,6 @@ int main(int argc, char** argv)
         for (const std::string& mode : names<BoneWrap>()) {
             const BodyPoser& poser = bench.poser(mode);
             bench.measure(mode, named, true, report);
-            bench.knee(mode, frames, report);
             if (all.size() > named.size()) {
                 bench::Report of_all("rigid_bones_" + mode);
                 bench.measure(mode, all, false, of_all);
