@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // What becomes of bones and bone wrap in poses, moved by linear blend skinning and as rigid bones: rigidity, bones
 // outside their wrap, gaps in knees and shoulders, collapse at joints, attachments of muscles, and the time a frame.
+#include "clinical_pose.h"
 #include "ndg/body/anatomy.h"
 #include "ndg/body/pose_set.h"
-#include "ndg/bones/bone_motion.h"
+#include "ndg/bones/bone_rig.h"
 #include "ndg/core/error.h"
 #include "ndg/core/stopwatch.h"
-#include "ndg/core/threads.h"
 #include "ndg/core/tool.h"
 #include "ndg/deform/posed_body.h"
 #include "ndg/geometry/closest_point.h"
@@ -16,56 +16,20 @@
 #include "ndg/scene/render.h"
 #include "ndg/wraps/bone_interior.h"
 #include "report.h"
+#include "wrap_folds.h"
 
 #include <Eigen/SVD>
 
 #include <map>
+#include <numeric>
 
 using namespace ndg;
 
 namespace {
 
-constexpr double degree = M_PI / 180.0, mm = 1000.0;
+using bench::NamedPose;
 
-struct NamedPose {
-    std::string name;
-    Pose pose;
-};
-
-/// Poses of clinical angles in degrees; "both_" stands for left_ and right_.
-Pose clinical_pose(const ClinicalFrames& frames, const std::vector<std::pair<std::string, double>>& degrees)
-{
-    std::vector<double> angles(clinical_angle_names().size(), 0.0);
-    for (const auto& [name, value] : degrees) {
-        const bool both = name.rfind("both_", 0) == 0;
-        for (const std::string side : {"left_", "right_"}) {
-            const int angle = find_clinical_angle(both ? side + name.substr(5) : name);
-            require(angle >= 0, "there is no angle {}", name);
-            angles[angle] = value * degree;
-        }
-    }
-    return frames.pose(angles);
-}
-
-std::vector<NamedPose> named_poses(const ClinicalFrames& frames)
-{
-    const auto pose = [&](const std::vector<std::pair<std::string, double>>& degrees) {
-        return clinical_pose(frames, degrees);
-    };
-    return {{"deep-squat", pose({{"both_knee.flexion", 140},
-                                 {"both_hip.flexion", 115},
-                                 {"both_ankle.dorsiflexion", 15},
-                                 {"both_shoulder.elevation", 90},
-                                 {"both_shoulder.plane", 90},
-                                 {"trunk.flexion", 35}})},
-            {"arms-overhead", pose({{"both_shoulder.elevation", 165}, {"both_clavicle.elevation", 20}})},
-            {"arms-forward",
-             pose({{"both_shoulder.elevation", 90}, {"both_shoulder.plane", 90}, {"both_clavicle.protraction", 15}})},
-            {"bent-trunk", pose({{"trunk.flexion", 80}, {"trunk.turn_left", 20}, {"both_hip.flexion", 30}})},
-            {"high-knee", pose({{"left_hip.flexion", 120}, {"left_knee.flexion", 130}})},
-            {"deep-knee-bend", pose({{"both_knee.flexion", 145}})},
-            {"pronated", pose({{"both_elbow.flexion", 90}, {"both_forearm.pronation", 70}})}};
-}
+constexpr double mm = 1000.0;
 
 /// Largest distance of points from the best rigid motion of where they were, m (Kabsch 1976).
 double rigidity_defect(const Eigen::Ref<const Points>& rest, const Eigen::Ref<const Points>& posed)
@@ -99,7 +63,6 @@ public:
     }
 
     void measure(const std::string& mode, const std::vector<NamedPose>& poses, bool each, bench::Report& report);
-    void knee(const std::string& mode, const ClinicalFrames& frames, bench::Report& report) const;
 
     const BodyPoser& poser(const std::string& mode)
     {
@@ -109,6 +72,23 @@ public:
     }
 
 private:
+    /// Seconds of this thread are added: motions of bones, blending, clearance.
+    void time_parts(const PosedBody& posed, std::array<double, 3>& seconds)
+    {
+        if (!rigged_) rigged_ = std::make_unique<RiggedBodies>(template_);
+        const auto rig = rigged_->of(body_);
+        const auto rest_wrap = body_.volume_vertices.topRows(template_.num_wrap_vertices());
+        const double start = thread_seconds();
+        const auto segments = rig->motion.segments(posed.world_from_rest());
+        const double moved = thread_seconds();
+        Points wrap = dual_quaternion_blending(rest_wrap, rigged_->rig().wrap_weights, segments);
+        const double blended = thread_seconds();
+        rig->clearance.push_out(segments, wrap);
+        seconds[0] += moved - start;
+        seconds[1] += blended - moved;
+        seconds[2] += thread_seconds() - blended;
+    }
+
     struct Attachment {
         int vertex;
         Eigen::RowVector3i triangle;
@@ -186,14 +166,18 @@ private:
     std::vector<Region> regions_;
     std::vector<Attachment> attachments_;
     std::map<std::string, std::unique_ptr<BodyPoser>> posers_;
+    std::unique_ptr<RiggedBodies> rigged_;
 };
 
 void Bench::measure(const std::string& mode, const std::vector<NamedPose>& poses, bool each, bench::Report& report)
 {
     const BodyPoser& poser_of_mode = poser(mode);
+    std::array<double, 3> parts = {};
     double worst_rigid = 0, worst_outside = 0, seconds = 0, worst_attached = 0;
     std::string worst_rigid_name, worst_outside_name, worst_attached_name;
-    std::vector<double> outside_millimetres, attached;
+    std::vector<double> outside_millimetres, attached, folded;
+    std::map<std::string, double> folded_at;  // nearest joint
+    std::map<std::string, double> outside_of;
     std::map<std::string, std::vector<double>> volumes, shortest, longest;
     for (const NamedPose& named : poses) {
         poser_of_mode.pose(body_, named.pose).bone_wrap();
@@ -201,6 +185,7 @@ void Bench::measure(const std::string& mode, const std::vector<NamedPose>& poses
         const PosedBody posed = poser_of_mode.pose(body_, named.pose);
         posed.bone_wrap();
         seconds += thread_seconds() - start;
+        if (mode == "rigid") time_parts(posed, parts);
         const Points volume = posed.skinned_volume(), anatomy = posed.anatomy(anatomy_rest_, volume);
         Points inside(inside_.rows(), 3);
         stack_interior(volume, posed.bone_interior(), inside);
@@ -223,8 +208,10 @@ void Bench::measure(const std::string& mode, const std::vector<NamedPose>& poses
             }
             for (int v = begin; v < part.vertex_end; ++v) {
                 if (template_.embedding.elements[v] < 0) continue;
-                const double distance = wrap.signed_distance(anatomy.row(v).transpose());
-                if (distance < 0.0005) continue;
+                ClosestPoint nearest;
+                const double distance = wrap.signed_distance(anatomy.row(v).transpose(), &nearest);
+                // Through the caps bones go on into head, hands and toes.
+                if (distance < 0.0005 || nearest.triangle_idx >= template_.wrap_triangles.rows()) continue;
                 suspects.push_back(v);
                 distances.push_back(distance);
                 names.push_back(part.name);
@@ -238,6 +225,8 @@ void Bench::measure(const std::string& mode, const std::vector<NamedPose>& poses
         for (std::size_t i = 0; i < suspects.size(); ++i) {
             if (winding[Eigen::Index(i)] > 0.5) continue;
             outside_millimetres.push_back(mm * distances[i]);
+            double& known = outside_of[names[i] + " in " + named.name];
+            known = std::max(known, mm * distances[i]);
             count_outside += distances[i] > 0.001;
             if (distances[i] > pose_outside) {
                 pose_outside = distances[i];
@@ -247,6 +236,13 @@ void Bench::measure(const std::string& mode, const std::vector<NamedPose>& poses
         if (pose_outside > worst_outside) {
             worst_outside = pose_outside;
             worst_outside_name = pose_outside_name + " in " + named.name;
+        }
+        const std::vector<int> folds = bench::folded_vertices(posed.bone_wrap(), template_.wrap_triangles);
+        folded.push_back(double(folds.size()));
+        for (const int v : folds) {
+            Eigen::Index joint = 0;
+            (body_.joint_positions.rowwise() - inside_.row(v)).rowwise().squaredNorm().minCoeff(&joint);
+            folded_at[template_.skeleton.joint_names[joint]] += 1.0 / double(poses.size());
         }
         for (const Region& region : regions_) {
             double now = 0;
@@ -272,8 +268,8 @@ void Bench::measure(const std::string& mode, const std::vector<NamedPose>& poses
             }
         }
         if (each) {
-            fmt::print("{:<6} {:<15} outside {:5.1f} mm ({}, {} vertices > 1 mm);", mode, named.name, mm * pose_outside,
-                       pose_outside_name, count_outside);
+            fmt::print("{:<6} {:<15} outside {:5.1f} mm ({}, {} vertices > 1 mm), {} folded;", mode, named.name,
+                       mm * pose_outside, pose_outside_name, count_outside, folds.size());
             for (const Region& region : regions_)
                 fmt::print(" {} {:.2f} ({:.2f}-{:.2f})", region.name, volumes[region.name].back(),
                            shortest[region.name].back(), longest[region.name].back());
@@ -283,6 +279,23 @@ void Bench::measure(const std::string& mode, const std::vector<NamedPose>& poses
     fmt::print("{}: not rigid by {:.3f} mm: {}; {:.1f} mm outside the wrap: {}; attachments off by {:.1f} mm: {}\n",
                mode, mm * worst_rigid, worst_rigid_name, mm * worst_outside, worst_outside_name, mm * worst_attached,
                worst_attached_name);
+    if (!each) {
+        std::vector<std::pair<double, std::string>> sorted;
+        for (const auto& [name, value] : outside_of)
+            if (value > 0.9) sorted.emplace_back(value, name);
+        std::sort(sorted.rbegin(), sorted.rend());
+        fmt::print("outside in {} cases:", sorted.size());
+        for (std::size_t i = 0; i < std::min<std::size_t>(sorted.size(), 25); ++i)
+            fmt::print(" {} {:.1f};", sorted[i].second, sorted[i].first);
+        sorted.clear();
+        for (const auto& [name, value] : folded_at) sorted.emplace_back(value, name);
+        std::sort(sorted.rbegin(), sorted.rend());
+        fmt::print("\nfolded:");
+        for (std::size_t i = 0; i < std::min<std::size_t>(sorted.size(), 20); ++i)
+            fmt::print(" {} {:.2f}", sorted[i].second, sorted[i].first);
+        fmt::print("\n");
+    }
+    report.add(mode + "_folded_vertices", std::accumulate(folded.begin(), folded.end(), 0.0) / double(folded.size()));
     report.add(mode + "_rigidity_defect_mm", mm * worst_rigid);
     report.add(mode + "_bones_outside_mm", mm * worst_outside);
     report.add(mode + "_bone_vertices_outside_1mm",
@@ -299,46 +312,12 @@ void Bench::measure(const std::string& mode, const std::vector<NamedPose>& poses
         report.add(mode + "_attachment_gap_p99_mm", bench::quantile(attached, 0.99));
         report.add(mode + "_attachment_gap_max_mm", bench::quantile(attached, 1));
     }
+    if (mode == "rigid") {
+        report.add("rigid_bone_motions_ms", 1000 * parts[0] / double(poses.size()));
+        report.add("rigid_blending_ms", 1000 * parts[1] / double(poses.size()));
+        report.add("rigid_clearance_ms", 1000 * parts[2] / double(poses.size()));
+    }
     report.add(mode + "_milliseconds_a_frame", 1000 * seconds / double(poses.size()));
-}
-
-void Bench::knee(const std::string& mode, const ClinicalFrames& frames, bench::Report& report) const
-{
-    const BodyPoser& poser_of_mode = *posers_.at(mode);
-    const auto part = [&](const std::string& name) {
-        for (const AnatomyPart& candidate : template_.anatomy_parts)
-            if (candidate.name == name) return candidate;
-        throw InputError("the template has no " + name);
-    };
-    const AnatomyPart femur = part("Left femur"), tibia = part("Left tibia"), patella = part("Left patella");
-    const auto gaps = [&](const Points& anatomy) {
-        const TriangleTree tree(anatomy, template_.anatomy_triangles.middleRows(
-                                             femur.triangle_begin, femur.triangle_end - femur.triangle_begin));
-        std::array<double, 2> least = {1.0, 1.0};
-        const AnatomyPart* moving[2] = {&tibia, &patella};
-        for (int k = 0; k < 2; ++k)
-            for (int v = moving[k]->vertex_begin; v < moving[k]->vertex_end; ++v)
-                least[k] = std::min(least[k], tree.signed_distance(anatomy.row(v).transpose()));
-        return least;
-    };
-    const auto rest = gaps(anatomy_rest_);
-    std::array<double, 2> least = rest, most = rest;
-    fmt::print("{} knee: flexion, mm from femur to tibia and to kneecap (at rest {:.2f}, {:.2f})\n", mode, mm * rest[0],
-               mm * rest[1]);
-    for (double angle = 0; angle <= 145; angle += 14.5) {
-        const PosedBody posed = poser_of_mode.pose(body_, clinical_pose(frames, {{"left_knee.flexion", angle}}));
-        const auto now = gaps(posed.anatomy(anatomy_rest_, posed.skinned_volume()));
-        for (int k = 0; k < 2; ++k) {
-            least[k] = std::min(least[k], now[k]);
-            most[k] = std::max(most[k], now[k]);
-        }
-        fmt::print("{:6.1f} {:7.2f} {:7.2f}\n", angle, mm * now[0], mm * now[1]);
-    }
-    for (int k = 0; k < 2; ++k) {
-        const std::string name = mode + (k == 0 ? "_femur_tibia" : "_femur_patella");
-        report.add(name + "_least_of_rest", least[k] / rest[k]);
-        report.add(name + "_most_of_rest", most[k] / rest[k]);
-    }
 }
 
 /// Bone wrap with bones, and bones alone, whole and close to joints: one row a view.
@@ -390,7 +369,6 @@ int main(int argc, char** argv)
     tool.parameter("pictured-pose", pictured, "this pose of --poses instead of the named ones; -1: none", -1, 1 << 30);
     tool.output("output", output, "JSON result", false);
     return tool.run(argc, argv, [&] {
-        set_num_threads(1);
         const Template body_template = read_template(template_path);
         Body body = body_template.rest;
         if (!bodies_path.empty()) {
@@ -400,8 +378,10 @@ int main(int argc, char** argv)
             body = bodies.bodies[body_idx];
         }
         const ClinicalFrames frames(body.joint_positions);
-        std::vector<NamedPose> named = named_poses(frames);
+        std::vector<NamedPose> named = bench::named_poses(frames);
         std::vector<NamedPose> all = named;
+        const std::vector<NamedPose> deep = bench::deep_knee_bends(frames);
+        all.insert(all.end(), deep.begin(), deep.end());
         if (!poses_path.empty()) {
             const PoseSet poses = read_poses(poses_path);
             if (pictured >= 0 && pictured < poses.size()) {
@@ -418,7 +398,6 @@ int main(int argc, char** argv)
         for (const std::string& mode : names<BoneWrap>()) {
             const BodyPoser& poser = bench.poser(mode);
             bench.measure(mode, named, true, report);
-            bench.knee(mode, frames, report);
             if (all.size() > named.size()) {
                 bench::Report of_all("rigid_bones_" + mode);
                 bench.measure(mode, all, false, of_all);

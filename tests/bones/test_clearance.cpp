@@ -23,12 +23,12 @@ TEST_CASE("The wrap at rest stays, and gives way outwards to a bone that comes t
         halves.weights.insert(halves.weights.end(), {0.5, 0.5});
         halves.begins.push_back(2 * (v + 1));
     }
-    const WrapProbes probes(two, tube, halves);
-    const BoneClearance clearance(probes, two, tube, tube.anatomy_vertices, wrap);
+    const WrapPeaks peaks(two, tube, halves);
+    const BoneClearance clearance(peaks, tube.anatomy_vertices, wrap);
 
     std::vector<Eigen::Isometry3d> motions(2, Eigen::Isometry3d::Identity());
     Points posed = wrap;
-    clearance.push_out(wrap, motions, posed);
+    clearance.push_out(motions, posed);
     CHECK((posed - wrap).cwiseAbs().maxCoeff() == 0);
 
     // The second bone goes sideways until it stands out of the wrap by `out`.
@@ -36,7 +36,7 @@ TEST_CASE("The wrap at rest stays, and gives way outwards to a bone that comes t
     const double bone_radius = bone.col(0).maxCoeff(), wrap_radius = wrap.col(0).maxCoeff();
     const double out = 0.003;
     motions[1].translation().x() = wrap_radius - bone_radius + out;
-    clearance.push_out(wrap, motions, posed);
+    clearance.push_out(motions, posed);
     const double height = 0.5 * (wrap.col(1).minCoeff() + wrap.col(1).maxCoeff());
     double farthest = 0;
     for (Eigen::Index v = 0; v < wrap.rows(); ++v) {
@@ -49,7 +49,7 @@ TEST_CASE("The wrap at rest stays, and gives way outwards to a bone that comes t
     // So also where it slid along the wrap to places that were over other parts of it.
     posed = wrap;
     motions[1].translation().y() = 0.12;
-    clearance.push_out(wrap, motions, posed);
+    clearance.push_out(motions, posed);
     const TriangleTree tree(posed, tube.wrap_triangles);
     for (Eigen::Index v = 0; v < bone.rows(); ++v) {
         const Eigen::Vector3d point = motions[1] * bone.row(v).transpose();

@@ -27,7 +27,7 @@ BoneRig::BoneRig(const Template& body_template)
       interior_weights(
           near_bones(list, body_template, body_template.anatomy_vertices, body_template.rest.interior_vertices)
               .weights),
-      probes(list, body_template, wrap_weights)
+      peaks(list, body_template, wrap_weights)
 {
 }
 
@@ -38,8 +38,7 @@ BodyRig::BodyRig(const BoneRig& rig, const Template& body_template, const Body& 
 
 BodyRig::BodyRig(const BoneRig& rig, const Template& body_template, const Body& body, const Points& anatomy_rest)
     : motion(rig.list, body_template, body, anatomy_rest),
-      clearance(rig.probes, rig.list, body_template, anatomy_rest,
-                body.volume_vertices.topRows(body_template.num_wrap_vertices()))
+      clearance(rig.peaks, anatomy_rest, body.volume_vertices.topRows(body_template.num_wrap_vertices()))
 {
 }
 

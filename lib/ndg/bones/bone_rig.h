@@ -22,7 +22,7 @@ struct BoneRig {
     BoneList list;
     BoneWeights wrap_weights;      ///< N_w
     BoneWeights interior_weights;  ///< N_i
-    WrapProbes probes;
+    WrapPeaks peaks;
 };
 
 /// What depends on a body's own bones.

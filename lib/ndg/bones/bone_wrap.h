@@ -31,7 +31,7 @@ NearBones near_bones(const BoneList& list, const Template& body_template, const 
 /// Weights of the vertices of a surface spread over it by about `spread` (m, standard deviation), so that the surface
 /// between bones bends over a length and not at an edge. `vertices` N x 3 at rest.
 BoneWeights smoothed_weights(const BoneWeights& weights, const Eigen::Ref<const Points>& vertices,
-                             const Eigen::Ref<const Triangles>& triangles, double spread = 0.020);
+                             const Eigen::Ref<const Triangles>& triangles, double spread = 0.060);
 
 /// Dual quaternion blending of rigid motions (Kavan et al. 2007), N x 3: no collapse where bones turn against each
 /// other.

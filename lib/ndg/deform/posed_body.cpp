@@ -46,7 +46,7 @@ const Points& PosedBody::bone_wrap() const
         const std::shared_ptr<const BodyRig> rig = poser_->rigged_->of(*body_);
         bone_segments_ = rig->motion.segments(world_from_rest_);
         bone_wrap_ = dual_quaternion_blending(rest_wrap, poser_->rigged_->rig().wrap_weights, bone_segments_);
-        rig->clearance.push_out(rest_wrap, bone_segments_, bone_wrap_);
+        rig->clearance.push_out(bone_segments_, bone_wrap_);
     } else {
         bone_wrap_ = linear_blend_skinning(rest_wrap, poser_->bone_wrap_weights_, world_from_rest_);
     }
