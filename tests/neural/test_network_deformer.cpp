@@ -51,6 +51,7 @@ TEST_CASE("Several bodies at once are what they are one by one, and what their g
     inputs.model_path = folder.file("model.h5");
     test::moved_model(s, test::small_network()).save(inputs.model_path, Provenance{});
     NetworkDeformer network(BodyPoser(s.tube), inputs);
+    CHECK(network.name() == "NDG");
     const BodyPoser poser(s.tube);
     const std::vector<PosedBody> posed = some_posed(s, poser);
     const std::vector<Points> vertices = network.deform_batch(posed);

@@ -3,6 +3,7 @@
 
 #include "ndg/core/error.h"
 #include "ndg/neural/prism_residuals.h"
+#include "ndg/neural/vertex_offsets.h"
 
 #include <fmt/ranges.h>
 #include <torch/types.h>
@@ -19,6 +20,7 @@ struct Entry {
 
 const Entry table[] = {
     {"residuals", make_prism_residuals},
+    {"vertex-offsets", make_vertex_offsets},
 };
 
 }  // namespace

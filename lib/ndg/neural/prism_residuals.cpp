@@ -16,6 +16,7 @@ public:
     }
 
     int width() const override { return 9 * num_prisms_; }
+    OutputKind kind() const override { return OutputKind::prism_matrices; }
 
     void target(const PosedBody& posed, const RestOperators& rest, const Eigen::Ref<const PointsF>& vertices,
                 float* target) const override

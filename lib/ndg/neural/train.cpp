@@ -19,6 +19,7 @@
 #include <chrono>
 #include <cmath>
 #include <filesystem>
+#include <optional>
 #include <system_error>
 
 namespace ndg {
@@ -46,9 +47,9 @@ private:
     double mean_loss(const TrainingSet& set) const;
     double mean_neutral_loss(const TrainingSet& set) const;
     double batch_learning_rate() const;
-    /// Rows of features, noisy where asked, and of targets (on the model's device) of some samples.
-    RowMatrixF inputs_of(const TrainingSet& set, const int* samples, int count, double noise) const;
-    Tensor targets_of(const TrainingSet& set, const int* samples, int count) const;
+    /// Rows of features and of targets (on the model's device) of some samples, as they are or with noise and changes.
+    RowMatrixF inputs_of(const TrainingSet& set, const int* samples, int count, bool augmented) const;
+    Tensor targets_of(const TrainingSet& set, const int* samples, int count, bool augmented) const;
     void save_checkpoint();
     void save_if_due();
     bool stop_requested() const { return callbacks_.stop ? callbacks_.stop() : interrupt_requested(); }
@@ -60,6 +61,7 @@ private:
     const TrainingOptions& options_;
     const TrainingCallbacks& callbacks_;
     Eigen::RowVectorXf noise_scale_;
+    std::optional<Augmentation> augmentation_;
     Checkpoint state_;
     std::vector<Tensor> parameters_;
     AdamW optimizer_;
@@ -75,6 +77,8 @@ Trainer::Trainer(NeuralModel::State& model, const TrainingSet& training, const T
       callbacks_(callbacks),
       optimizer_({}, 0)
 {
+    if (options.augmentation.any())
+        augmentation_.emplace(training, model.input_space, *model.output_space, options.augmentation, options.seed);
     const RowMatrixF& features = training.features();
     const Eigen::RowVectorXf mean = features.colwise().mean();
     noise_scale_ =
@@ -88,10 +92,16 @@ std::string Trainer::fingerprint() const
                     training_.digest(), validation_.digest()});
 }
 
-RowMatrixF Trainer::inputs_of(const TrainingSet& set, const int* samples, int count, double noise) const
+RowMatrixF Trainer::inputs_of(const TrainingSet& set, const int* samples, int count, bool augmented) const
 {
     RowMatrixF rows(count, set.features().cols());
-    for (int i = 0; i < count; ++i) rows.row(i) = set.features().row(samples[i]);
+    for (int i = 0; i < count; ++i) {
+        if (augmented && augmentation_)
+            rows.row(i) = augmentation_->features(samples[i], augmentation_->draw(samples[i], state_.epoch));
+        else
+            rows.row(i) = set.features().row(samples[i]);
+    }
+    const double noise = augmented ? options_.input_noise : 0.0;
     if (noise > 0) {
         Random random(options_.seed, "input noise", static_cast<std::uint64_t>(state_.num_steps));
         for (Eigen::Index i = 0; i < rows.rows(); ++i)
@@ -101,12 +111,17 @@ RowMatrixF Trainer::inputs_of(const TrainingSet& set, const int* samples, int co
     return rows;
 }
 
-Tensor Trainer::targets_of(const TrainingSet& set, const int* samples, int count) const
+Tensor Trainer::targets_of(const TrainingSet& set, const int* samples, int count, bool augmented) const
 {
     const std::int64_t width = model_.output_space->width();
     Tensor targets = torch::empty({count, width}, torch::kFloat32);
     float* data = targets.data_ptr<float>();
-    parallel_for(count, [&](int i) { set.target(samples[i], data + i * width); });
+    parallel_for(count, [&](int i) {
+        if (augmented && augmentation_)
+            augmentation_->target(samples[i], augmentation_->draw(samples[i], state_.epoch), data + i * width);
+        else
+            set.target(samples[i], data + i * width);
+    });
     return targets.to(torch_device(model_.device));
 }
 
@@ -118,8 +133,8 @@ double Trainer::mean_loss(const TrainingSet& set) const
         std::vector<int> samples;
         for (int i = first; i < std::min(first + options_.batch_size, set.size()); ++i) samples.push_back(i);
         const int count = static_cast<int>(samples.size());
-        const Tensor predicted = model_.predict(inputs_of(set, samples.data(), count, 0), 0);
-        sum += count * torch::mse_loss(predicted, targets_of(set, samples.data(), count)).item<double>();
+        const Tensor predicted = model_.predict(inputs_of(set, samples.data(), count, false), 0);
+        sum += count * torch::mse_loss(predicted, targets_of(set, samples.data(), count, false)).item<double>();
     }
     return sum / set.size();
 }
@@ -163,7 +178,8 @@ void Trainer::start_or_resume(TrainingResult& result)
     if (resume && state_.basis.defined())
         basis = TorchNetwork::matrix(state_.basis);
     else if (model_.options.output_basis > 0)
-        basis = fit_output_basis(training_, *model_.output_space, model_.options.output_basis, options_.seed);
+        basis = fit_output_basis(training_, augmentation_ ? &*augmentation_ : nullptr, *model_.output_space,
+                                 model_.options, options_.seed);
     model_.network = model_.new_network(basis);
     state_.basis = model_.network.basis;
     model_.network.to(model_.device);
@@ -221,9 +237,9 @@ void Trainer::train_batch(const std::vector<int>& order, int first, int count)
     const double learning_rate = batch_learning_rate();
     // One seed a step, so that a resumed run draws the same dropout masks.
     torch::manual_seed(Random(options_.seed, "dropout", static_cast<std::uint64_t>(state_.num_steps)).next());
-    const RowMatrixF inputs = inputs_of(training_, order.data() + first, count, options_.input_noise);
-    const Tensor loss =
-        torch::mse_loss(model_.predict(inputs, options_.dropout), targets_of(training_, order.data() + first, count));
+    const RowMatrixF inputs = inputs_of(training_, order.data() + first, count, true);
+    const Tensor loss = torch::mse_loss(model_.predict(inputs, options_.dropout),
+                                        targets_of(training_, order.data() + first, count, true));
     const double value = loss.item<double>();
     require(std::isfinite(value), "the training loss is {} in epoch {}: the learning rate {} is too high", value,
             state_.epoch + 1, learning_rate);
