@@ -13,7 +13,8 @@ TEST_CASE("a symmetric template finds its mirror image")
 {
     const Template tube = symmetric_tube_template();
     const TemplateMirror mirror = find_mirror(tube);
-    CHECK(mirror.position_residual < 1e-12);
+    CHECK(mirror.skin_residual < 1e-12);
+    CHECK(mirror.wrap_residual < 1e-12);
     CHECK(mirror.weight_residual < 1e-12);
     const Skeleton& skeleton = tube.skeleton;
     CHECK(mirror.joints[skeleton.joint("left_forearm")] == skeleton.joint("right_forearm"));
@@ -64,7 +65,9 @@ TEST_CASE("a template that is not symmetric is refused")
     // The tube's diagonals all turn one way.
     CHECK_THROWS_WITH(find_mirror(tube_template(5, 8)), Catch::Contains("no mirror image"));
     Template tube = symmetric_tube_template();
-    tube.rest.volume_vertices(5, 0) += 0.05;
+    tube.rest.volume_vertices(5, 0) += 0.05;  // of the bone wrap
+    CHECK(find_mirror(tube).wrap_residual == Approx(0.05));
+    tube.rest.volume_vertices(tube.num_volume_vertices() - 5, 0) += 0.05;
     CHECK_THROWS_WITH(find_mirror(tube), Catch::Contains("50.0 mm off"));
     tube = symmetric_tube_template();
     tube.skin_weights.joints(0, 0) = tube.skeleton.joint("head");

@@ -117,7 +117,8 @@ TEST_CASE("collapsed blends are undone within bounds, others exactly")
     }
     // A forearm turned by half a circle against the upper arm: targets stay bounded.
     const Synthetic s = make_synthetic(4, 2);
-    const PosedBody posed = BodyPoser(s.tube).pose(s.bodies.bodies[0], arm_pose(0, EIGEN_PI, 0));
+    const BodyPoser poser(s.tube);
+    const PosedBody posed = poser.pose(s.bodies.bodies[0], arm_pose(0, EIGEN_PI, 0));
     Points vertices = posed.skinned_volume();
     vertices.array() += 0.01;
     for (const float number : target_of(*make_output_space(s.tube, vertexnet()), posed, vertices))

@@ -8,14 +8,15 @@
 
 namespace ndg {
 
-/// The tessellation of a template is its own mirror image; vertices and weights are so nearly. A mirrored sample is a
-/// body and a pose that might have been drawn as well.
+/// The tessellation of a template is its own mirror image; skin and weights are so nearly. The wraps follow bones and
+/// muscles, which are less so: the mirror image of a body is another body.
 struct TemplateMirror {
-    std::vector<int> joints;       ///< J: the joint of the other side, itself in the middle
-    std::vector<int> vertices;     ///< N_v
-    std::vector<int> prisms;       ///< N_p
-    double position_residual = 0;  ///< largest distance of a mirrored volume vertex from the one opposite, m
-    double weight_residual = 0;    ///< largest difference of a mirrored skinning weight from the one opposite
+    std::vector<int> joints;     ///< J: the joint of the other side, itself in the middle
+    std::vector<int> vertices;   ///< N_v
+    std::vector<int> prisms;     ///< N_p
+    double skin_residual = 0;    ///< largest distance of a mirrored skin vertex from the one opposite, m
+    double wrap_residual = 0;    ///< the same of bone wrap and muscle wrap
+    double weight_residual = 0;  ///< largest difference of a mirrored skinning weight from the one opposite
 
     /// The body seen in the mirror, standing as this one does: N_v x 3.
     Points mirrored(const Eigen::Ref<const Points>& volume_vertices) const;
@@ -24,7 +25,7 @@ struct TemplateMirror {
 };
 
 /// Found by walking from one pair of opposite triangles to all others. Throws InputError where joints have no opposite,
-/// where triangles do not (with how many do), and where residuals are beyond 30 mm or half a weight.
+/// where triangles do not (with how many do), and where the skin is off by more than 10 mm or a weight by half.
 TemplateMirror find_mirror(const Template& body_template);
 
 }  // namespace ndg

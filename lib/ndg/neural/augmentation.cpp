@@ -96,8 +96,8 @@ Augmentation::Augmentation(const TrainingSet& set, const InputSpace& input_space
     regions_ = find_splice_regions(body_template);
     if (options.mirror) {
         mirror_ = find_mirror(body_template);
-        log_info("mirror images: vertices lie within {:.2f} mm of those opposite, skinning weights within {:.3f}",
-                 1e3 * mirror_->position_residual, mirror_->weight_residual);
+        log_info("mirror images: the template's skin is symmetric within {:.2f} mm, wraps {:.1f} mm, weights {:.3f}",
+                 1e3 * mirror_->skin_residual, 1e3 * mirror_->wrap_residual, mirror_->weight_residual);
         const int num_wrap = body_template.num_wrap_vertices();
         opposite_ = mirror_->prisms;
         if (kind_ == OutputKind::vertex_vectors) {
