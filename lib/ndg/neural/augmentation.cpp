@@ -6,6 +6,7 @@
 #include "ndg/core/random.h"
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <string>
 

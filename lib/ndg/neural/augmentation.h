@@ -8,18 +8,16 @@
 #include "ndg/body/mirror.h"
 #include "ndg/neural/training_set.h"
 
-#include <array>
 #include <map>
 #include <optional>
 #include <vector>
 
 namespace ndg {
 
-/// Where samples can be cut: through the waist, the middle of the upper arms and the middle of the thighs.
+/// Where samples can be cut: through the waist, the middle of the upper arms and the middle of the thighs. Region 0 is
+/// pelvis and thighs, 1 the upper trunk, 2 and 3 the left and right forearm, 4 and 5 the left and right shank.
 struct SpliceRegions {
     static constexpr int count = 6;
-    static constexpr std::array<const char*, count> names = {"pelvis and thighs", "upper trunk", "left forearm",
-                                                             "right forearm",     "left shank",  "right shank"};
     std::vector<int> of_joints;  ///< J: region whose sample gives the joint's rotation
     /// How much of each region a volume vertex (N_v) and a prism (N_p) belong to: rows sum to one, and change smoothly
     /// across the cuts.
@@ -48,9 +46,6 @@ public:
     /// What it is to predict, OutputSpace::width() numbers. May be called by any thread.
     void target(int sample_idx, const SampleChange& change, float* target) const;
 
-    /// None without AugmentationOptions::mirror.
-    const std::optional<TemplateMirror>& mirror() const { return mirror_; }
-
 private:
     void splice(const SampleChange& change, float* target) const;
     void mirror_in_place(float* target) const;
@@ -61,8 +56,8 @@ private:
     AugmentationOptions options_;
     std::uint64_t seed_;
     SpliceRegions regions_;
-    std::optional<TemplateMirror> mirror_;
-    std::vector<int> opposite_;  ///< element opposite each, where there is a mirror
+    std::optional<TemplateMirror> mirror_;  ///< with AugmentationOptions::mirror
+    std::vector<int> opposite_;             ///< element opposite each, where there is a mirror
     std::map<int, std::vector<int>> samples_of_body_;
     std::map<int, Eigen::VectorXd> codes_, mirror_codes_;  ///< of the bodies
 };

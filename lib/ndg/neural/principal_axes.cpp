@@ -70,8 +70,7 @@ RangeF orthonormal(Range columns)
     for (int round = 0; round < 3; ++round) {
         Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(columns.cols(), columns.cols());
         gram.selfadjointView<Eigen::Lower>().rankUpdate(columns.transpose());
-        if (round == 0) gram.diagonal().array() += 1e-11;
-        gram.diagonal() = gram.diagonal().cwiseMax(1e-30);
+        gram.diagonal().array() += round == 0 ? 1e-11 : 1e-15;
         const Eigen::LLT<Eigen::MatrixXd> factor(gram.selfadjointView<Eigen::Lower>());
         require(factor.info() == Eigen::Success, "the principal axes were not found: mixtures of rows are dependent");
         factor.matrixU().solveInPlace<Eigen::OnTheRight>(columns);
