@@ -65,6 +65,12 @@ TEST_CASE("no more axes than the rows have or the share needs")
     const PrincipalAxes half = principal_axes(source_of(rows), 40, 0.6, 1);
     CHECK(half.explained >= 0.6);
     CHECK(half.axes.rows() < 7);
+    // Rows that repeat, of fewer columns than axes are asked for.
+    RowMatrixF repeated(12, 5);
+    for (int i = 0; i < 12; ++i) repeated.row(i) << float(i % 3), 1, float(i % 3), -2, 0;
+    const PrincipalAxes two = principal_axes(source_of(repeated), 5, 1.0, 1);
+    CHECK(two.axes.rows() == 2);
+    CHECK(two.explained == Approx(1).margin(1e-6));
     const RowMatrixF zero = RowMatrixF::Zero(4, 10);
     CHECK_THROWS_AS(principal_axes(source_of(zero), 3, 1.0, 1), InputError);
 }

@@ -286,6 +286,7 @@ Template symmetric_tube_template(int rings)
         joints.row(skeleton.joint(side + std::string("_forearm"))) << x, 0.75 * tube_height, 0;
     }
     joints.row(skeleton.joint("spine_2")) << 0, 0.1 * tube_height, 0;
+    joints.row(skeleton.joint("spine_3")) << 0, 0.3 * tube_height, 0;
 
     // The diagonals of the half x < 0 are those of the other half, mirrored: segment s lies opposite 4 - s.
     Triangles& triangles = tube.wrap_triangles;

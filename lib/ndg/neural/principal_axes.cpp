@@ -59,8 +59,8 @@ Range random_mixtures(const RowSource& source, Eigen::Index count, std::uint64_t
     return sums;
 }
 
-/// Orthonormal columns with the same span, in the order given, by shifted Cholesky QR (Fukaya et al. 2020): three
-/// rounds, the shift lets columns be nearly dependent.
+/// Orthonormal columns with the same span, in the order given, by shifted Cholesky QR (Fukaya et al. 2020) in three
+/// rounds. The shifts let columns be dependent; what they then add is rounding, which holds no share of the rows.
 RangeF orthonormal(Range columns)
 {
     for (Eigen::Index k = 0; k < columns.cols(); ++k) {
@@ -70,7 +70,7 @@ RangeF orthonormal(Range columns)
     for (int round = 0; round < 3; ++round) {
         Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(columns.cols(), columns.cols());
         gram.selfadjointView<Eigen::Lower>().rankUpdate(columns.transpose());
-        gram.diagonal().array() += round == 0 ? 1e-11 : 1e-15;
+        gram.diagonal().array() += round == 0 ? 1e-11 : 1e-13;
         const Eigen::LLT<Eigen::MatrixXd> factor(gram.selfadjointView<Eigen::Lower>());
         require(factor.info() == Eigen::Success, "the principal axes were not found: mixtures of rows are dependent");
         factor.matrixU().solveInPlace<Eigen::OnTheRight>(columns);
