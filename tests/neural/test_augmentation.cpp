@@ -127,7 +127,7 @@ TEST_CASE("a mirrored sample is that of the mirrored body in the mirrored pose")
     }
 }
 
-TEST_CASE("shares of the splice regions sum to one and fade across the cuts")
+TEST_CASE("shares of the splice regions sum to one and fade across the seams")
 {
     const Template tube = symmetric_tube_template(41);
     const SpliceRegions regions = find_splice_regions(tube);

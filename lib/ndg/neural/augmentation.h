@@ -14,13 +14,14 @@
 
 namespace ndg {
 
-/// Where samples can be cut: through the waist, the middle of the upper arms and the middle of the thighs. Region 0 is
-/// pelvis and thighs, 1 the upper trunk, 2 and 3 the left and right forearm, 4 and 5 the left and right shank.
+/// What two samples can be joined of, with seams at the waist, half-way along the upper arms and half-way along the
+/// thighs. Region 0 is pelvis and thighs, 1 the upper trunk, 2 and 3 the left and right forearm, 4 and 5 the left and
+/// right shank.
 struct SpliceRegions {
     static constexpr int count = 6;
     std::vector<int> of_joints;  ///< J: region whose sample gives the joint's rotation
     /// How much of each region a volume vertex (N_v) and a prism (N_p) belong to: rows sum to one, and change smoothly
-    /// across the cuts.
+    /// across the seams.
     RowMatrixF vertex_shares, prism_shares;
 };
 SpliceRegions find_splice_regions(const Template& body_template);
