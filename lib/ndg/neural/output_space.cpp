@@ -32,7 +32,7 @@ at::Tensor OutputSpace::activate(const at::Tensor& outputs) const
 
 GradientsF OutputSpace::gradients(const PosedBody&, const float*) const
 {
-    throw InputError("the model predicts no deformation gradients");
+    throw InputError("the model predicts no deformation gradients but vertices: animate poses bodies with it");
 }
 
 void OutputSpace::approximate_inverse(const float* prediction, float* outputs) const
