@@ -7,8 +7,8 @@ tables: build ## Table 1 and pictures, out/<preset>/report/{index.html,results.m
 	@cat $(OUT)/report/results.md
 	@echo "report: $(OUT)/report/index.html"
 
-ablations: build ## the same with the rows of Table 4: NDG without matrix exponential, rotation, body shape
-	@$(MAKE) --no-print-directory tables VARIANTS="no-exponential no-rotation no-shape"
+ablations: build ## the same with the rows of Table 4: NDG without matrix exponential, body shape, rotation
+	@$(MAKE) --no-print-directory tables VARIANTS="no-exponential no-shape not-augmented no-rotation"
 
 TEST_PAIRS = --splits $(OUT)/splits.h5 --split test
 REPORT = $(OUT)/report

@@ -18,7 +18,8 @@ TRAIN_vertexnet = --output-space vertex-offsets --output-basis 680 --output-basi
 # the samples that augmentation adds.
 VARIANTS_OF_NDG = no-exponential no-rotation no-shape lu qr fixed-basis not-augmented
 TRAIN_no-exponential = --parametrisation direct
-TRAIN_no-rotation = --no-rotation
+# Gradients without R_p cannot be spliced: to be compared with not-augmented.
+TRAIN_no-rotation = --no-rotation --no-mirror --splice 0
 TRAIN_no-shape = --no-shape
 TRAIN_lu = --parametrisation lu
 TRAIN_qr = --parametrisation qr

@@ -249,6 +249,17 @@ TEST_CASE("what has no mirror image is refused")
                       Catch::Contains("no mirror image"));
 }
 
+TEST_CASE("gradients that turn with the joints above are not spliced")
+{
+    const Mirrored m = make_mirrored(8);
+    NetworkOptions options = small_network();
+    options.rotation = false;
+    const NeuralModel model = m.s.model(options);
+    const TrainingSet set = m.s.set("train", model);
+    CHECK_THROWS_WITH(Augmentation(set, model.input_space(), model.output_space(), both(), 1),
+                      Catch::Contains("residuals and offsets only"));
+}
+
 TEST_CASE("mirror images teach the other side")
 {
     // Training sees one side of each pair only, and is tested on the other.
