@@ -1,11 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
 # Predictions on the test split, Table 1, pictures and a GLB.
 
-.PHONY: tables
+.PHONY: tables ablations
 tables: build ## Table 1 and pictures, out/<preset>/report/{index.html,results.md,tables.json}
 	@$(MAKE) --no-print-directory $(OUT)/report/tables.json
 	@cat $(OUT)/report/results.md
 	@echo "report: $(OUT)/report/index.html"
+
+ablations: build ## the same with the rows of Table 4: NDG without matrix exponential, body shape, rotation
+	@$(MAKE) --no-print-directory tables VARIANTS="no-exponential no-shape not-augmented no-rotation"
 
 TEST_PAIRS = --splits $(OUT)/splits.h5 --split test
 REPORT = $(OUT)/report
@@ -13,16 +16,28 @@ REPORT = $(OUT)/report
 # The table of methods is the tool's. FEM is what the others are compared with, and stored gradients are no method of
 # their own. Before the first build the list is empty; targets that need it are made by a second make.
 METHODS := $(filter-out fem gradients,$(shell $(BIN)/animate --list-methods 2> /dev/null))
-PREDICTIONS = $(METHODS:%=$(OUT)/%.h5)
+# Rows of Table 1 beside those: variants of NDG (pipelines/train.mk).
+VARIANTS ?=
+PREDICTIONS = $(METHODS:%=$(OUT)/%.h5) $(VARIANTS:%=$(OUT)/variant-%.h5)
 
 # What a method needs beside bodies and poses: METHOD_FILES_<method> = --<flag> <file> ...
 METHOD_FILES_ndg = --model $(OUT)/model.h5
+METHOD_FILES_vertexnet = --model $(OUT)/vertexnet-model.h5
 
 define PREDICTION
 $(OUT)/$(1).h5: $(BODY_DEPS) $(OUT)/splits.h5 $(filter-out --%,$(METHOD_FILES_$(1)))
 	$(STAGE) $(1) $(BIN)/animate $(RUN) --method $(1) $(METHOD_FILES_$(1)) $(BODY_FILES) $(TEST_PAIRS) --output $$@
 endef
 $(foreach method,$(METHODS),$(eval $(call PREDICTION,$(method))))
+
+# Rows are named by what the model is; of those that only training tells apart, here.
+ROW_not-augmented = --name "NDG not augmented"
+define VARIANT
+$(OUT)/variant-$(1).h5: $(BODY_DEPS) $(OUT)/splits.h5 $(OUT)/$(1)-model.h5
+	$(STAGE) variant-$(1) $(BIN)/animate $(RUN) --method ndg --model $(OUT)/$(1)-model.h5 $(ROW_$(1)) $(BODY_FILES) \
+	    $(TEST_PAIRS) --output $$@
+endef
+$(foreach variant,$(VARIANTS_OF_NDG),$(eval $(call VARIANT,$(variant))))
 
 $(REPORT)/layers.png: $(OUT)/template.h5 $(OUT)/bodies.h5
 	$(STAGE) picture-layers $(BIN)/export-scene $(RUN) --template $(OUT)/template.h5 --bodies $(OUT)/bodies.h5 \

@@ -16,18 +16,18 @@ int main(int argc, char** argv)
         "--split test --output gradients.h5");
     SampleInputs inputs;
     NetworkInputs network_inputs;
-    std::string output, method = "NDG";
+    std::string output, method;
     network_inputs.add_to(tool, true);
     inputs.add_files(tool);
     inputs.add_samples(tool);
     inputs.add_posing(tool);
     tool.output("output", output, "deformation gradients to write");
-    tool.parameter("method", method, "name of the predictions in tables");
+    tool.parameter("method", method, "name of the predictions in tables, instead of the model's");
     return tool.run(argc, argv, [&] {
         catch_interrupts();
         inputs.read();
         NetworkDeformer network(BodyPoser(inputs.body_template, inputs.samples.posing), network_inputs);
-        inputs.samples.method = method;
+        inputs.samples.method = method.empty() ? network.name() : method;
         const int num_prisms = inputs.body_template.num_prisms();
         GradientWriter writer(output, inputs.samples, num_prisms, tool.provenance());
         for_each_posed_batch(inputs, network.batch_size(), "predicting",

@@ -106,6 +106,23 @@ TEST_CASE("a model of another template or a damaged file is refused")
     CHECK_THROWS_AS(NeuralModel(small_network(), other_space, s.tube, 1), InputError);
 }
 
+TEST_CASE("a model is named by what it is")
+{
+    NetworkOptions options;
+    CHECK(method_name(options) == "NDG");
+    options.parametrisation = ParametrisationKind::direct;
+    CHECK(method_name(options) == "NDG no matrix exp");
+    options.output_basis = 600;
+    options.shape = false;
+    CHECK(method_name(options) == "NDG fixed basis, no matrix exp, no body shape");
+    options = {};
+    options.rotation = false;
+    CHECK(method_name(options) == "NDG no rotation");
+    options.output_space = "vertex-offsets";
+    options.output_basis = 680;
+    CHECK(method_name(options) == "VertexNet");
+}
+
 TEST_CASE("options that make no sense are refused")
 {
     NetworkOptions network;

@@ -51,6 +51,7 @@ TEST_CASE("Several bodies at once are what they are one by one, and what their g
     inputs.model_path = folder.file("model.h5");
     test::moved_model(s, test::small_network()).save(inputs.model_path, Provenance{});
     NetworkDeformer network(BodyPoser(s.tube), inputs);
+    CHECK(network.name() == "NDG");
     const BodyPoser poser(s.tube);
     const std::vector<PosedBody> posed = some_posed(s, poser);
     const std::vector<Points> vertices = network.deform_batch(posed);
@@ -62,6 +63,30 @@ TEST_CASE("Several bodies at once are what they are one by one, and what their g
         CHECK(largest_difference(vertices[i], network.deform(posed[i])) < 1e-5);
         CHECK(largest_difference(vertices[i], gradient_skinning(posed[i], poisson)) > 1e-4);
     }
+}
+
+TEST_CASE("A vertex network poses bodies by its offsets, and has no gradients")
+{
+    const test::Synthetic s = test::make_synthetic(24, 8);
+    const test::TemporaryFolder folder;
+    NetworkInputs inputs;
+    inputs.model_path = folder.file("model.h5");
+    NetworkOptions options = test::small_network();
+    options.output_space = "vertex-offsets";
+    options.output_basis = 12;
+    const NeuralModel model = test::moved_model(s, options);
+    model.save(inputs.model_path, Provenance{});
+    NetworkDeformer network(BodyPoser(s.tube), inputs);
+    CHECK(network.name() == "VertexNet");
+    const BodyPoser poser(s.tube);
+    RestCache rest(s.tube);
+    const std::vector<PosedBody> posed = some_posed(s, poser);
+    const Points deformed = network.deform(posed[1]);
+    const RowMatrixF prediction = model.predict({{model.input_space().encode(posed[1].body()), posed[1].pose()}});
+    CHECK(largest_difference(deformed, model.output_space().vertices(posed[1], rest, prediction.data())) < 1e-6);
+    CHECK(largest_difference(deformed, posed[1].skinned_volume()) > 1e-4);
+    CHECK(deformed.topRows(s.tube.num_wrap_vertices()) == posed[1].bone_wrap());
+    CHECK_THROWS_WITH(network.gradients(posed), Catch::Contains("no deformation gradients"));
 }
 
 TEST_CASE("A method without its model, or with another template's, is an input error")

@@ -253,6 +253,58 @@ Template tube_template(int rings, int segments)
     return tube;
 }
 
+Template symmetric_tube_template(int rings)
+{
+    constexpr int segments = 8;
+    Template tube = tube_template(rings, segments);
+    const Skeleton& skeleton = tube.skeleton;
+    Points& joints = tube.rest.joint_positions;
+    for (int j = 0; j < skeleton.num_joints(); ++j) {
+        const std::string& name = skeleton.joint_names[j];
+        if (name.rfind("left_", 0) == 0)
+            joints.row(skeleton.joint("right_" + name.substr(5))) =
+                joints.row(j).cwiseProduct(Eigen::RowVector3d(-1, 1, 1));
+        else if (name.rfind("right_", 0) != 0)
+            joints(j, 0) = 0;
+    }
+    const auto smooth = [](double t) { return t = std::clamp(t, 0.0, 1.0), t * t * (3.0 - 2.0 * t); };
+    RowMatrix dense = RowMatrix::Zero(tube.rest.skin_vertices.rows(), skeleton.num_joints());
+    for (Eigen::Index i = 0; i < dense.rows(); ++i) {
+        const double t = tube.rest.skin_vertices(i, 1) / tube_height;
+        const double arm = smooth((t - 0.2) / 0.3), forearm = smooth((t - 0.6) / 0.3);
+        const double left = smooth(0.5 + 0.5 * tube.rest.skin_vertices(i, 0) / skin_radius);
+        dense(i, skeleton.joint("spine_2")) = 1.0 - arm;
+        for (const auto& [side, share] : {std::pair("left", left), std::pair("right", 1.0 - left)}) {
+            dense(i, skeleton.joint(side + std::string("_upper_arm"))) = arm * share * (1.0 - forearm);
+            dense(i, skeleton.joint(side + std::string("_forearm"))) = arm * share * forearm;
+        }
+    }
+    tube.skin_weights = sparsify_weights(dense);
+    for (const char* side : {"left", "right"}) {
+        const double x = side == std::string("left") ? 0.02 : -0.02;
+        joints.row(skeleton.joint(side + std::string("_upper_arm"))) << x, 0.35 * tube_height, 0;
+        joints.row(skeleton.joint(side + std::string("_forearm"))) << x, 0.75 * tube_height, 0;
+    }
+    joints.row(skeleton.joint("spine_2")) << 0, 0.1 * tube_height, 0;
+    joints.row(skeleton.joint("spine_3")) << 0, 0.3 * tube_height, 0;
+
+    // The diagonals of the half x < 0 are those of the other half, mirrored: segment s lies opposite 4 - s.
+    Triangles& triangles = tube.wrap_triangles;
+    Eigen::Index row = 0;
+    const auto mirrored = [](int v) { return v / segments * segments + (segments + 4 - v % segments) % segments; };
+    Triangles symmetric(triangles.rows(), 3);
+    for (Eigen::Index t = 0; t < triangles.rows(); ++t) {
+        double x = 0;
+        for (int k = 0; k < 3; ++k) x += tube.rest.skin_vertices(triangles(t, k), 0);
+        if (x < 0) continue;
+        symmetric.row(row++) = triangles.row(t);
+        symmetric.row(row++) << mirrored(triangles(t, 0)), mirrored(triangles(t, 2)), mirrored(triangles(t, 1));
+    }
+    triangles = symmetric;
+    tube.prisms = layer_prisms(triangles, tube.num_wrap_vertices());
+    return tube;
+}
+
 Pose tube_pose(double angle)
 {
     const Skeleton& skeleton = standard_skeleton();

@@ -37,6 +37,9 @@ std::string tool_path(const std::string& name);
 /// along its axis (named after standard joints: all 60 exist, only left_upper_arm and left_forearm carry weight),
 /// bone interior of tetrahedra around the axis, one embedded "bone". `rings` >= 3 rings of `segments` >= 3 vertices.
 Template tube_template(int rings = 7, int segments = 8);
+/// A tube of segments of eight that is its own mirror image in x = 0: spine_2 below, each side's upper arm and forearm
+/// above, blended over the middle.
+Template symmetric_tube_template(int rings = 7);
 /// The tube's elbow bent by `angle` radians about z at the middle joint.
 Pose tube_pose(double angle);
 

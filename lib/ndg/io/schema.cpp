@@ -167,7 +167,7 @@ const std::vector<Schema>& schemas()
           {"/shape_space/reconstruction_errors", "B", "float64"}}},
 
         {"ndg-model",
-         1,
+         2,
          {{"@widths", "", "text"},
           {"@bone_wrap", "", "text", optional},
           {"@output_space", "", "text", optional},

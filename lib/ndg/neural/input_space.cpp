@@ -9,6 +9,7 @@ namespace ndg {
 InputSpace::InputSpace(const Template& body_template, const ShapeSpace& shape_space, bool sees_shape)
     : shape_space_(shape_space),
       sees_shape_(sees_shape),
+      code_scale_(shape_space.dimension() > 0 ? std::max(shape_space.standard_deviations.maxCoeff(), 1e-12) : 1.0),
       joint_names_(body_template.skeleton.joint_names),
       visible_joints_(body_template.visible_joints())
 {
@@ -41,8 +42,7 @@ Eigen::RowVectorXf InputSpace::features(const PoseInput& input) const
                   "the shape code has {} numbers where the network's shape space has {}", input.shape_code.size(),
                   shape_space_.dimension());
     for (int k = 0; k < shape_space_.dimension(); ++k)
-        features[9 * num_joints + k] =
-            static_cast<float>(input.shape_code[k] / std::max(shape_space_.standard_deviations[k], 1e-12));
+        features[9 * num_joints + k] = static_cast<float>(input.shape_code[k] / code_scale_);
     return features;
 }
 

@@ -35,7 +35,7 @@ public:
     NeuralModel(NeuralModel&&) noexcept;
     NeuralModel& operator=(NeuralModel&&) noexcept;
 
-    /// File format "ndg-model", version 1 (docs/formats.md). Throws InputError naming file and item when the file is
+    /// File format "ndg-model", version 2 (docs/formats.md). Throws InputError naming file and item when the file is
     /// damaged or was made for another template.
     static NeuralModel load(const std::string& path, const Template& body_template, Device device = Device::cpu);
     void save(const std::string& path, const Provenance& provenance) const;

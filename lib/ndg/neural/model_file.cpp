@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reading and writing format "ndg-model", version 1.
+// Reading and writing format "ndg-model", version 2.
 #include "ndg/core/error.h"
 #include "ndg/io/h5.h"
 #include "ndg/neural/model_state.h"
@@ -11,7 +11,7 @@ namespace ndg {
 namespace {
 
 constexpr const char* model_format = "ndg-model";
-constexpr int model_version = 1;
+constexpr int model_version = 2;
 
 std::string join(const std::vector<int>& values)
 {
@@ -172,7 +172,7 @@ void NeuralModel::save(const std::string& path, const Provenance& provenance) co
     file.write("/shape_space/standard_deviations",
                std::vector<double>(space.standard_deviations.data(),
                                    space.standard_deviations.data() + space.standard_deviations.size()),
-               "of the training codes, d, m; codes are divided by them");
+               "of the training codes, d, m; codes are divided by the largest");
     if (!state.curve.epoch.empty()) {
         file.write("/training/epoch", state.curve.epoch, "1, 2, ...");
         file.write("/training/train_loss", state.curve.train_loss, "mean squared error of the epoch's batches");

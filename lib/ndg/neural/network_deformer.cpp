@@ -64,9 +64,22 @@ std::vector<Points> NetworkDeformer::deform_batch(const std::vector<PosedBody>& 
 void register_network_deformer(MethodTable& table)
 {
     const auto inputs = std::make_shared<NetworkInputs>();
+    const auto make = [inputs](const std::string& output_space) {
+        return [inputs, output_space](const BodyPoser& poser) {
+            auto network = std::make_unique<NetworkDeformer>(poser, *inputs);
+            require_input(network->options().output_space == output_space,
+                          "{}: a model that predicts {}, where this method needs one of {}", inputs->model_path,
+                          network->options().output_space, output_space);
+            return network;
+        };
+    };
     table.add({"ndg", "NDG", "a trained network: deformation gradients, then a Poisson solve",
-               [inputs](Tool& tool) { inputs->add_to(tool, false); },
-               [inputs](const BodyPoser& poser) { return std::make_unique<NetworkDeformer>(poser, *inputs); }});
+               [inputs](Tool& tool) { inputs->add_to(tool, false); }, make("residuals")});
+    table.add({"vertexnet",
+               "VertexNet",
+               "a trained network: offsets of vertices, then linear blend skinning",
+               {},
+               make("vertex-offsets")});
 }
 
 }  // namespace ndg

@@ -32,6 +32,9 @@ public:
     Points deform(const PosedBody& posed) override { return deform_batch({posed}).front(); }
     std::vector<Points> deform_batch(const std::vector<PosedBody>& posed) override;
     int batch_size() const override { return batch_size_; }
+    /// method_name of the model.
+    std::string name() const override { return method_name(model_.options()); }
+    const NetworkOptions& options() const { return model_.options(); }
 
     /// OutputSpace::gradients, N_p x 9 a body. A sample's result may differ in rounding with the number of bodies given
     /// together.
@@ -46,7 +49,7 @@ private:
     std::map<const Body*, Eigen::VectorXd> codes_;
 };
 
-/// "ndg", with the options of NetworkInputs.
+/// "ndg" and "vertexnet", with the options of NetworkInputs.
 void register_network_deformer(MethodTable& table);
 
 }  // namespace ndg

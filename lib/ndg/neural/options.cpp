@@ -4,6 +4,7 @@
 #include "ndg/core/error.h"
 #include "ndg/neural/output_space.h"
 
+#include <fmt/ranges.h>
 #include <torch/cuda.h>
 
 namespace ndg {
@@ -42,8 +43,35 @@ void describe(OptionList& list, NetworkOptions& options)
     list.add("rotation", options.rotation, "predict the residual R^T F; without (ablation): F itself");
     list.add("shape", options.shape, "let the network see the body's shape; without: ablation");
     list.add("output-basis", options.output_basis,
-             "0: trained last layer; k: fixed basis of k principal components of the training residuals", 0, 1 << 16);
+             "0: trained last layer; k: fixed basis of at most k principal components of the training outputs", 0,
+             1 << 16);
+    list.add("output-basis-variance", options.output_basis_variance,
+             "share of the outputs' squares after which the basis takes no more components", 1e-6, 1);
     list.add("bone-wrap", options.posing.bone_wrap, "of the training samples").no_flag();
+}
+
+std::string method_name(const NetworkOptions& options)
+{
+    const bool vertices = options.output_space == "vertex-offsets";
+    std::vector<std::string> changes;
+    if (!vertices) {
+        if (options.output_basis > 0) changes.emplace_back("fixed basis");
+        if (options.parametrisation == ParametrisationKind::direct) changes.emplace_back("no matrix exp");
+        if (options.parametrisation == ParametrisationKind::lu) changes.emplace_back("LU");
+        if (options.parametrisation == ParametrisationKind::qr) changes.emplace_back("QR");
+        if (!options.rotation) changes.emplace_back("no rotation");
+    } else if (options.output_basis == 0) {
+        changes.emplace_back("no PCA");
+    }
+    if (!options.shape) changes.emplace_back("no body shape");
+    const char* name = vertices ? "VertexNet" : "NDG";
+    return changes.empty() ? name : fmt::format("{} {}", name, fmt::join(changes, ", "));
+}
+
+void describe(OptionList& list, AugmentationOptions& options)
+{
+    list.add("mirror", options.mirror, "show every other training sample in the mirror");
+    list.add("splice", options.splice, "share of training samples that take limbs of another pose of their body", 0, 1);
 }
 
 void describe(OptionList& list, TrainingOptions& options)
@@ -57,6 +85,7 @@ void describe(OptionList& list, TrainingOptions& options)
              "of factors in products (weights and sums are float32); auto: bfloat16 where the processor has it");
     list.add("dropout", options.dropout, "probability, after each hidden layer", 0, 0.95);
     list.add("input-noise", options.input_noise, "in standard deviations of each input", 0, 10);
+    describe(list, options.augmentation);
     list.add("patience", options.patience, "epochs without improvement before stopping, 0: never", 0, 1000000);
     list.add("checkpoint-seconds", options.checkpoint_seconds, "between checkpoints at least, 0: every epoch", 0, 1e9)
         .run_only();

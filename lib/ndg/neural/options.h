@@ -39,16 +39,20 @@ struct NetworkOptions {
     bool rotation = true;
     /// False: the network does not see the body ("no body shape").
     bool shape = true;
-    /// 0: the last layer is trained, as in the paper. k > 0: the last layer gives k coefficients of a fixed basis, the
-    /// k principal components of the training residuals' logarithms (output_basis.h); for small data sets. Only with
-    /// the parametrisations exponential and direct.
+    /// 0: the last layer is trained, as NDG's in the paper. k > 0: the last layer gives at most k coefficients of a
+    /// fixed basis, principal components of the raw outputs that training asks for (output_basis.h): the PCA decoder of
+    /// VertexNet; for residuals only with the parametrisations exponential and direct.
     int output_basis = 0;
+    /// Share of the outputs' sum of squares after which the basis takes no more components.
+    double output_basis_variance = 1.0;
     PosingOptions posing;  ///< of the training samples, which say it
 
     /// check_options, and what no range can say.
     void check() const;
 };
 void describe(OptionList& list, NetworkOptions& options);
+/// Name in result tables: "NDG", "VertexNet", with what is left out or changed after it.
+std::string method_name(const NetworkOptions& options);
 
 /// Of the learning rate: as it is, to zero like a cosine, or halved after five epochs without a better validation loss.
 enum class Schedule { constant, cosine, plateau };
@@ -68,6 +72,14 @@ inline constexpr EnumName<Precision> enum_table<Precision>[] = {
 /// it.
 Precision resolve_precision(Precision precision, Device device);
 
+/// More training samples made of those there are (augmentation.h); none in the paper.
+struct AugmentationOptions {
+    bool mirror = false;  ///< every other sample is seen in the mirror
+    double splice = 0.0;  ///< share of the samples that take regions of another pose of the same body
+    bool any() const { return mirror || splice > 0; }
+};
+void describe(OptionList& list, AugmentationOptions& options);
+
 /// Training (NDG section 4.5).
 struct TrainingOptions {
     int epochs = 102;
@@ -76,8 +88,9 @@ struct TrainingOptions {
     double weight_decay = 0.01;  ///< of AdamW; on matrices only, not on biases and LayerNorm
     Schedule schedule = Schedule::constant;
     Precision precision = Precision::automatic;
-    double dropout = 0.0;              ///< after each hidden layer, in training only
-    double input_noise = 0.0;          ///< standard deviation of the noise added to the inputs that vary
+    double dropout = 0.0;      ///< after each hidden layer, in training only
+    double input_noise = 0.0;  ///< standard deviation of the noise added to the inputs that vary
+    AugmentationOptions augmentation;
     int patience = 0;                  ///< stop after so many epochs without a better validation loss; 0: never
     double checkpoint_seconds = 60.0;  ///< at least; more where they would cost over 2 %. 0: after every epoch
     std::string checkpoint_path;       ///< empty: no checkpoints

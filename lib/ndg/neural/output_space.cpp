@@ -3,6 +3,7 @@
 
 #include "ndg/core/error.h"
 #include "ndg/neural/prism_residuals.h"
+#include "ndg/neural/vertex_offsets.h"
 
 #include <fmt/ranges.h>
 #include <torch/types.h>
@@ -19,6 +20,7 @@ struct Entry {
 
 const Entry table[] = {
     {"residuals", make_prism_residuals},
+    {"vertex-offsets", make_vertex_offsets},
 };
 
 }  // namespace
@@ -30,7 +32,7 @@ at::Tensor OutputSpace::activate(const at::Tensor& outputs) const
 
 GradientsF OutputSpace::gradients(const PosedBody&, const float*) const
 {
-    throw InputError("the model predicts no deformation gradients");
+    throw InputError("the model predicts no deformation gradients but vertices: animate poses bodies with it");
 }
 
 void OutputSpace::approximate_inverse(const float* prediction, float* outputs) const

@@ -15,6 +15,10 @@ class Tensor;
 
 namespace ndg {
 
+/// What the predicted numbers are, for those who change samples without posing them (augmentation.h): a 3 x 3 matrix a
+/// prism that a mirror conjugates, a vector a free vertex (muscle wrap, then skin), or something else.
+enum class OutputKind { prism_matrices, vertex_vectors, other };
+
 /// The network gives width() raw outputs a sample; the activation turns them into a prediction of as many numbers. By
 /// default the raw outputs are the prediction. Constant once made, so several threads may use one.
 class OutputSpace {
@@ -22,6 +26,7 @@ public:
     virtual ~OutputSpace() = default;
 
     virtual int width() const = 0;
+    virtual OutputKind kind() const { return OutputKind::other; }
 
     /// What should have been predicted where the posed body has these deformed volume vertices (N_v x 3, world).
     /// `rest`: of that body. Writes width() numbers.

@@ -16,6 +16,8 @@ public:
     }
 
     int width() const override { return 9 * num_prisms_; }
+    /// Without the rotations, matrices of a limb turn with the joints above it: they cannot be spliced.
+    OutputKind kind() const override { return rotation_ ? OutputKind::prism_matrices : OutputKind::other; }
 
     void target(const PosedBody& posed, const RestOperators& rest, const Eigen::Ref<const PointsF>& vertices,
                 float* target) const override

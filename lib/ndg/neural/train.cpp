@@ -59,8 +59,8 @@ private:
     }
     bool in_first_epoch() const { return state_.curve.epoch.empty(); }
     double batch_learning_rate() const;
-    /// Rows of features of some samples, noisy where asked.
-    RowMatrixF inputs_of(const TrainingSet& set, const std::vector<int>& samples, double noise) const;
+    /// Rows of features of some samples, as they are or with noise and changes.
+    RowMatrixF inputs_of(const TrainingSet& set, const std::vector<int>& samples, bool augmented) const;
     Tensor on_device(const Tensor& tensor) const { return tensor.to(torch_device(model_.device)); }
     void save_checkpoint();
     void save_if_due();
@@ -75,6 +75,7 @@ private:
     Eigen::RowVectorXf noise_scale_;
     Precision precision_;
     Tensor neutral_;  ///< the neutral prediction, on the model's device
+    std::optional<Augmentation> augmentation_;
     Checkpoint state_;
     std::vector<Tensor> parameters_;
     std::optional<TrainingPass> pass_;
@@ -95,6 +96,8 @@ Trainer::Trainer(NeuralModel::State& model, const TrainingSet& training, const T
 {
     std::vector<float> neutral = neutral_prediction(*model.output_space);
     neutral_ = on_device(torch::tensor(neutral));
+    if (options.augmentation.any())
+        augmentation_.emplace(training, model.input_space, *model.output_space, options.augmentation, options.seed);
     const RowMatrixF& features = training.features();
     const Eigen::RowVectorXf mean = features.colwise().mean();
     noise_scale_ =
@@ -108,10 +111,16 @@ std::string Trainer::fingerprint() const
                     std::to_string(model_.output_space->width()), training_.digest(), validation_.digest()});
 }
 
-RowMatrixF Trainer::inputs_of(const TrainingSet& set, const std::vector<int>& samples, double noise) const
+RowMatrixF Trainer::inputs_of(const TrainingSet& set, const std::vector<int>& samples, bool augmented) const
 {
     RowMatrixF rows(samples.size(), set.features().cols());
-    for (std::size_t i = 0; i < samples.size(); ++i) rows.row(i) = set.features().row(samples[i]);
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+        if (augmented && augmentation_)
+            rows.row(i) = augmentation_->features(samples[i], augmentation_->draw(samples[i], state_.epoch));
+        else
+            rows.row(i) = set.features().row(samples[i]);
+    }
+    const double noise = augmented ? options_.input_noise : 0.0;
     if (noise > 0) {
         Random random(options_.seed, "input noise", static_cast<std::uint64_t>(state_.num_steps));
         for (Eigen::Index i = 0; i < rows.rows(); ++i)
@@ -134,7 +143,7 @@ Trainer::Losses Trainer::mean_losses(const TrainingSet& set) const
         const Tensor targets = on_device(batch.targets);
         const auto count = static_cast<int>(batch.samples.size());
         sums.network +=
-            count * torch::mse_loss(model_.predict(inputs_of(set, batch.samples, 0)), targets).item<double>();
+            count * torch::mse_loss(model_.predict(inputs_of(set, batch.samples, false)), targets).item<double>();
         if (in_first_epoch()) sums.neutral += count * neutral_loss(targets);
         done += count;
     }
@@ -161,7 +170,8 @@ void Trainer::start_or_resume(TrainingResult& result)
     if (resume && state_.basis.defined())
         basis = TorchNetwork::matrix(state_.basis);
     else if (model_.options.output_basis > 0)
-        basis = fit_output_basis(training_, *model_.output_space, model_.options.output_basis, options_.seed);
+        basis = fit_output_basis(training_, augmentation_ ? &*augmentation_ : nullptr, *model_.output_space,
+                                 model_.options, options_.seed);
     model_.network = model_.new_network(basis);
     state_.basis = model_.network.basis;
     model_.network.to(model_.device);
@@ -229,7 +239,7 @@ void Trainer::train_batch(const TargetLoader::Batch& batch)
     const double learning_rate = batch_learning_rate();
     // One seed a step, so that a resumed run draws the same dropout masks.
     torch::manual_seed(Random(options_.seed, "dropout", static_cast<std::uint64_t>(state_.num_steps)).next());
-    const RowMatrixF inputs = inputs_of(training_, batch.samples, options_.input_noise);
+    const RowMatrixF inputs = inputs_of(training_, batch.samples, true);
     const Tensor targets = on_device(batch.targets);
     const Tensor outputs = pass_->forward(on_device(tensor_from(inputs)), options_.dropout);
     const Tensor loss = torch::mse_loss(model_.output_space->activate(outputs), targets);
@@ -253,7 +263,13 @@ void Trainer::train_epoch()
 {
     {
         TargetLoader loader(
-            [this](int sample_idx, float* target) { training_.target(sample_idx, target); }, training_.width(),
+            [this](int sample_idx, float* target) {
+                if (augmentation_)
+                    augmentation_->target(sample_idx, augmentation_->draw(sample_idx, state_.epoch), target);
+                else
+                    training_.target(sample_idx, target);
+            },
+            training_.width(),
             Random(options_.seed, "shuffle", static_cast<std::uint64_t>(state_.epoch)).permutation(training_.size()),
             options_.batch_size, state_.batch);
         while (state_.batch < batches_per_epoch()) {

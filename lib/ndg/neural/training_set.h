@@ -37,6 +37,9 @@ public:
     /// Samples of the split left out because their simulation had not converged.
     int num_unconverged() const { return num_unconverged_; }
     const SamplePair& pair(int sample_idx) const { return samples_[sample_idx].pair; }
+    const Body& body(int sample_idx) const { return bodies_->bodies[pair(sample_idx).body_idx]; }
+    const Pose& pose(int sample_idx) const { return poses_->poses[pair(sample_idx).pose_idx]; }
+    const Template& body_template() const { return poser_.body_template(); }
 
     /// size() x InputSpace::width().
     const RowMatrixF& features() const { return features_; }
