@@ -12,7 +12,9 @@ $(OUT)/shape_space.h5: $(OUT)/template.h5 $(OUT)/bodies.h5 $(OUT)/splits.h5 $(CO
 # What a network is beside the preset's train-ndg: same trunk, same training. VertexNet's decoder: 680 modes or 99.5 %
 # of the variance, whichever is reached first; it needs about twice the epochs (212 to NDG's 102 in NDG 5.2.1).
 TRAIN_vertexnet = --output-space vertex-offsets --output-basis 680 --output-basis-variance 0.995 \
-    --epochs $(if $(filter paper,$(PRESET)),212,120)
+    --epochs $(or $(VERTEXNET_EPOCHS_$(PRESET)),120)
+VERTEXNET_EPOCHS_demo = 48
+VERTEXNET_EPOCHS_paper = 212
 
 # Variants of NDG: ablations (NDG Table 4), other parametrisations (NDG 4.4), a fixed basis (no paper), training without
 # the samples that augmentation adds.

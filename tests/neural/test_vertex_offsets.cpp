@@ -85,7 +85,11 @@ TEST_CASE("a full basis reproduces every training sample")
         const Points deformed = s.samples[0].points(i);
         RestCache rest(s.tube);
         const PosedBody posed = poser.pose(set.body(i), set.pose(i));
-        REQUIRE((model.output_space().vertices(posed, rest, decoded.data()) - deformed).cwiseAbs().maxCoeff() < 2e-6);
+        REQUIRE((decoded - target).cwiseAbs().maxCoeff() < 2e-3);
+        // Training sets round targets to float16.
+        const double rounding = 1e-3 * target.cwiseAbs().maxCoeff() / 2048 * std::sqrt(3.0);
+        REQUIRE((model.output_space().vertices(posed, rest, decoded.data()) - deformed).cwiseAbs().maxCoeff() <
+                2e-6 + rounding);
     }
     // Fewer where the rest is not asked for.
     NetworkOptions few = vertexnet(680);
