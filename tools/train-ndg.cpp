@@ -26,6 +26,7 @@ int main(int argc, char** argv)
     TrainingOptions training;
     Device device = Device::cpu;
     double cache_gigabytes = 4.0;
+    int max_samples = 0;
 
     Tool tool("train-ndg", "Trains the network that predicts deformation gradients from pose and body shape.",
               "train-ndg --template template.h5 --bodies bodies.h5 --poses poses.h5 --shape-space shapes.h5 "
@@ -39,6 +40,9 @@ int main(int argc, char** argv)
     tool.options(training);
     tool.parameter("cache-gigabytes", cache_gigabytes, "memory for keeping targets and what they are made with", 0.0,
                    1e6);
+    tool.parameter("max-samples", max_samples,
+                   "training samples used, the first of the split (each body and pose in even turns); 0: all", 0,
+                   1000000000);
     tool.parameter("device", device, "where the network is trained");
 
     return tool.run(argc, argv, [&] {
@@ -59,12 +63,12 @@ int main(int argc, char** argv)
 
         network.posing = samples.front().posing;
         NeuralModel model(network, shape_space, body_template, tool.seed(), device);
-        const auto make_set = [&](const std::string& split, double share_of_cache) {
+        const auto make_set = [&](const std::string& split, double share_of_cache, int used) {
             return TrainingSet(model, body_template, inputs.bodies, inputs.poses, samples, split,
-                               share_of_cache * cache_gigabytes);
+                               share_of_cache * cache_gigabytes, used);
         };
-        const TrainingSet training_set = make_set("train", 0.85);
-        const TrainingSet validation_set = make_set("validation", 0.15);
+        const TrainingSet training_set = make_set("train", 0.85, max_samples);
+        const TrainingSet validation_set = make_set("validation", 0.15, 0);
         log_info("{} training and {} validation samples ({} unconverged ones left out), {} prisms", training_set.size(),
                  validation_set.size(), training_set.num_unconverged() + validation_set.num_unconverged(),
                  body_template.num_prisms());

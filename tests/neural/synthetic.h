@@ -24,9 +24,10 @@ struct Synthetic {
     ShapeSpace shape_space;
 
     NeuralModel model(const NetworkOptions& options) const { return NeuralModel(options, shape_space, tube, 5); }
-    TrainingSet set(const std::string& split, const NeuralModel& model, double cache_gigabytes = 1.0) const
+    TrainingSet set(const std::string& split, const NeuralModel& model, double cache_gigabytes = 1.0,
+                    int max_samples = 0) const
     {
-        return TrainingSet(model, tube, bodies, poses, samples, split, cache_gigabytes);
+        return TrainingSet(model, tube, bodies, poses, samples, split, cache_gigabytes, max_samples);
     }
     PoseInput input(const NeuralModel& model, int body_idx, int pose_idx) const
     {

@@ -164,3 +164,16 @@ TEST_CASE("the output basis spans the outputs that the training samples ask for"
     options.output_basis = 3;
     CHECK(fit_output_basis(set, nullptr, model.output_space(), options, 1).rows() == 3);
 }
+
+TEST_CASE("a training set can be the first samples of its split")
+{
+    const Synthetic s = make_synthetic();
+    const NeuralModel model = s.model(small_network());
+    const TrainingSet whole = s.set("train", model), few = s.set("train", model, 1.0, 7);
+    REQUIRE(few.size() == 7);
+    REQUIRE(whole.size() > 7);
+    CHECK(few.features() == whole.features().topRows(7));
+    for (int i = 0; i < 7; ++i) CHECK(few.pair(i) == whole.pair(i));
+    CHECK(few.digest() != whole.digest());
+    CHECK_THROWS_WITH(s.set("train", model, 1.0, whole.size() + 1), Catch::Contains("were asked for, there are"));
+}

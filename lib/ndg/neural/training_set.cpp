@@ -21,18 +21,19 @@ std::string_view bytes_of(const float* data, std::size_t count)
 
 TrainingSet::TrainingSet(const NeuralModel& model, const Template& body_template, const BodySet& bodies,
                          const PoseSet& poses, const std::vector<DeformationSet>& deformations,
-                         const std::string& split, double cache_gigabytes)
+                         const std::string& split, double cache_gigabytes, int max_samples)
     : output_space_(&model.output_space()),
       poser_(body_template, model.options().posing),
       bodies_(&bodies),
       poses_(&poses)
 {
-    choose_samples(deformations, split);
+    choose_samples(deformations, split, max_samples);
     compute_features(model.input_space());
     plan_memory(1e9 * cache_gigabytes);
 }
 
-void TrainingSet::choose_samples(const std::vector<DeformationSet>& deformations, const std::string& split)
+void TrainingSet::choose_samples(const std::vector<DeformationSet>& deformations, const std::string& split,
+                                 int max_samples)
 {
     std::set<SamplePair> seen;
     const int num_vertices = poser_.body_template().num_volume_vertices();
@@ -58,6 +59,10 @@ void TrainingSet::choose_samples(const std::vector<DeformationSet>& deformations
     }
     require_input(!samples_.empty(), "the samples hold no converged simulation of the split \"{}\" ({} unconverged)",
                   split, num_unconverged_);
+    if (max_samples == 0) return;
+    require_input(max_samples > 0 && max_samples <= size(),
+                  "{} samples of the split \"{}\" were asked for, there are {}", max_samples, split, size());
+    samples_.resize(max_samples);
 }
 
 void TrainingSet::compute_features(const InputSpace& input_space)

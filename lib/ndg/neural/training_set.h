@@ -25,11 +25,12 @@ public:
     /// Inputs and targets in the spaces of `model`. Targets are made when they are first asked for. At most
     /// `cache_gigabytes` are taken to keep them, in float16 about the neutral prediction, and the rest operators of
     /// bodies; where all targets fit operators go when the last target of their body is kept, otherwise operators come
-    /// first, and what is not kept is made anew. Throws InputError when a body, pose or vertex count does not fit, when
+    /// first, and what is not kept is made anew. With `max_samples` only so many are used, the
+    /// first of the files; 0: all. Throws InputError when a body, pose or vertex count does not fit, when
     /// a pair occurs twice, or when no sample of the split is left.
     TrainingSet(const NeuralModel& model, const Template& body_template, const BodySet& bodies, const PoseSet& poses,
-                const std::vector<DeformationSet>& deformations, const std::string& split,
-                double cache_gigabytes = 8.0);
+                const std::vector<DeformationSet>& deformations, const std::string& split, double cache_gigabytes = 8.0,
+                int max_samples = 0);
 
     int size() const { return static_cast<int>(samples_.size()); }
     /// Numbers of a target.
@@ -56,7 +57,7 @@ private:
         const DeformationSet* set;
         int place;  ///< in the set
     };
-    void choose_samples(const std::vector<DeformationSet>& deformations, const std::string& split);
+    void choose_samples(const std::vector<DeformationSet>& deformations, const std::string& split, int max_samples);
     void compute_features(const InputSpace& input_space);
     /// Rest operators of a body while they are needed.
     struct KeptRest {
