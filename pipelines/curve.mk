@@ -18,7 +18,7 @@ CURVE_ROW_ndg = NDG
 CURVE_ROW_vertexnet = VertexNet
 
 define CURVE_POINT
-$(OUT)/curve/$(1)-$(2)-model.h5: $(BODY_DEPS) $(OUT)/fem.h5 $(OUT)/shape_space.h5 $(CONFIG)
+$(OUT)/curve/$(1)-$(2)-model.h5: $(BODY_DEPS) $(OUT)/fem.h5 $(OUT)/shape_space.h5 $(call OPTIONS_OF,train-ndg)
 	@mkdir -p $(OUT)/curve && rm -f $$@
 	$(STAGE) train-$(1)-$(2) $(BIN)/train-ndg --config $(CONFIG) $(BODY_FILES) --samples $(OUT)/fem.h5 \
 	    --shape-space $(OUT)/shape_space.h5 $(TRAIN_$(1)) --max-samples $(2) --output $$@

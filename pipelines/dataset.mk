@@ -38,6 +38,13 @@ $(SOURCE_CHOICE):
 $(MOTION_CHOICE):
 	@mkdir -p $(OUT) && rm -f $(OUT)/choice-motion-* && touch $@
 
+# What a tool's options are in this preset: a change of the preset repeats the stages whose options it changes and what
+# depends on them, nothing else.
+$(OUT)/options/%.json: $(CONFIG)
+	@mkdir -p $(@D) && $(BIN)/$* --config $(CONFIG) --print-config > $@.new
+	@if cmp -s $@.new $@; then rm $@.new; else mv $@.new $@; fi
+OPTIONS_OF = $(OUT)/options/$(1).json
+
 # PAIRS=<n>: so many training pairs, and an eighth of that each to validate and to test.
 PAIRS ?=
 PAIRS_CHOICE = $(OUT)/choice-pairs-$(or $(PAIRS),preset)
@@ -45,23 +52,23 @@ PAIR_COUNTS = $(if $(PAIRS),--train-pairs $(PAIRS) --validation-pairs $$(( ($(PA
 $(PAIRS_CHOICE):
 	@mkdir -p $(OUT) && rm -f $(OUT)/choice-pairs-* && touch $@
 
-$(OUT)/template.h5: $(CONFIG) $(SOURCE_CHOICE)
+$(OUT)/template.h5: $(call OPTIONS_OF,make-template) $(SOURCE_CHOICE)
 	$(CHECK_DATA)
 	$(STAGE) template $(BIN)/make-template $(RUN) --source $(SOURCE) --sex $(SEX) $(MAKEHUMAN) $(BODYPARTS3D) --output $@
 
-$(OUT)/skins.h5: $(OUT)/template.h5 $(CONFIG)
+$(OUT)/skins.h5: $(OUT)/template.h5 $(call OPTIONS_OF,sample-bodies)
 	$(CHECK_DATA)
 	$(STAGE) sample-bodies $(BIN)/sample-bodies $(RUN) --template $< $(MAKEHUMAN) --output $@
 
-$(OUT)/bodies.h5: $(OUT)/template.h5 $(OUT)/skins.h5 $(CONFIG)
+$(OUT)/bodies.h5: $(OUT)/template.h5 $(OUT)/skins.h5 $(call OPTIONS_OF,build-layers)
 	$(STAGE) build-layers $(BIN)/build-layers $(RUN) --template $(OUT)/template.h5 --skins $(OUT)/skins.h5 $(OUTSIDE) --output $@
 
-$(OUT)/motion.h5: $(OUT)/template.h5 $(CONFIG) $(MOTION_CHOICE)
+$(OUT)/motion.h5: $(OUT)/template.h5 $(call OPTIONS_OF,import-motion) $(MOTION_CHOICE)
 	$(STAGE) import-motion $(BIN)/import-motion $(RUN) --template $< --joint-maps configs/joint-maps \
 	    --joint-limits configs/joint-limits.json $(addprefix --motion ,$(MOTION)) --report $(OUT)/motion.json \
 	    --licence "$(MOTION_LICENCE)" --output $@
 
-$(OUT)/poses.h5: $(OUT)/motion.h5 $(OUT)/template.h5 $(CONFIG)
+$(OUT)/poses.h5: $(OUT)/motion.h5 $(OUT)/template.h5 $(call OPTIONS_OF,sample-poses)
 	$(STAGE) sample-poses $(BIN)/sample-poses $(RUN) --poses $< --template $(OUT)/template.h5 \
 	    --joint-limits configs/joint-limits.json --range-of-motion $(OUT)/range_of_motion.json --output $@
 
@@ -69,14 +76,14 @@ $(OUT)/poses.png: $(OUT)/poses.h5 $(OUT)/bodies.h5
 	$(STAGE) picture-poses $(BIN)/export-scene $(RUN) --template $(OUT)/template.h5 --bodies $(OUT)/bodies.h5 --poses $< \
 	    --picture-kind poses --count 150 --view three-quarter --picture $@
 
-$(OUT)/splits.h5: $(OUT)/template.h5 $(OUT)/bodies.h5 $(OUT)/poses.h5 $(CONFIG) $(PAIRS_CHOICE)
+$(OUT)/splits.h5: $(OUT)/template.h5 $(OUT)/bodies.h5 $(OUT)/poses.h5 $(call OPTIONS_OF,make-splits) $(PAIRS_CHOICE)
 	$(STAGE) make-splits $(BIN)/make-splits $(RUN) $(PAIR_COUNTS) --template $(OUT)/template.h5 --bodies $(OUT)/bodies.h5 \
 	    --poses $(OUT)/poses.h5 --output $@
 
 BODY_FILES = --template $(OUT)/template.h5 --bodies $(OUT)/bodies.h5 --poses $(OUT)/poses.h5
 BODY_DEPS = $(OUT)/template.h5 $(OUT)/bodies.h5 $(OUT)/poses.h5
 
-$(OUT)/fem.h5: $(BODY_DEPS) $(OUT)/splits.h5 $(CONFIG)
+$(OUT)/fem.h5: $(BODY_DEPS) $(OUT)/splits.h5 $(call OPTIONS_OF,simulate-fem)
 	$(STAGE) simulate-fem $(BIN)/simulate-fem --config $(CONFIG) --force $(BODY_FILES) --splits $(OUT)/splits.h5 --output $@
 
 # All templates: every source at the three sizes; SEXES="male female" makes both.

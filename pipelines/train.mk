@@ -5,7 +5,7 @@
 train: build ## train the networks of Table 1, out/<preset>/model.h5 and vertexnet-model.h5
 	@$(MAKE) --no-print-directory $(OUT)/model.h5 $(OUT)/vertexnet-model.h5
 
-$(OUT)/shape_space.h5: $(OUT)/template.h5 $(OUT)/bodies.h5 $(OUT)/splits.h5 $(CONFIG)
+$(OUT)/shape_space.h5: $(OUT)/template.h5 $(OUT)/bodies.h5 $(OUT)/splits.h5 $(call OPTIONS_OF,fit-shape-space)
 	$(STAGE) fit-shape-space $(BIN)/fit-shape-space $(RUN) --template $(OUT)/template.h5 --bodies $(OUT)/bodies.h5 \
 	    --splits $(OUT)/splits.h5 --output $@
 
@@ -30,7 +30,7 @@ TRAIN_not-augmented = --no-mirror --splice 0
 
 # Without --force a killed training goes on from its checkpoint.
 define NETWORK
-$(OUT)/$(2)model.h5: $(BODY_DEPS) $(OUT)/fem.h5 $(OUT)/shape_space.h5 $(CONFIG)
+$(OUT)/$(2)model.h5: $(BODY_DEPS) $(OUT)/fem.h5 $(OUT)/shape_space.h5 $(call OPTIONS_OF,train-ndg)
 	@rm -f $$@
 	$(STAGE) train-$(1) $(BIN)/train-ndg --config $(CONFIG) $(BODY_FILES) --samples $(OUT)/fem.h5 \
 	    --shape-space $(OUT)/shape_space.h5 $(TRAIN_$(1)) --output $$@

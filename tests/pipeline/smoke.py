@@ -33,14 +33,29 @@ def check(condition, text):
 
 out = tempfile.mkdtemp(prefix="ndg-smoke-")
 try:
-    command = ["make", "-C", source, "PRESET=smoke", "BUILD=" + os.path.abspath(build), "OUT=" + out,
-               "DATA=" + (os.path.abspath(data) if data else ""), out + "/report/tables.json", out + "/poses.png"]
+    config = out + "/smoke.json"
+    shutil.copy(source + "/configs/smoke.json", config)
+    make = ["make", "-C", source, "PRESET=smoke", "CONFIG=" + config, "BUILD=" + os.path.abspath(build), "OUT=" + out,
+            "DATA=" + (os.path.abspath(data) if data else "")]
+    command = make + [out + "/report/tables.json", out + "/poses.png"]
     environment = {k: v for k, v in os.environ.items() if not k.startswith("MAKE") and k != "MFLAGS"}
     run = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env=environment)
     print(run.stdout[-6000:])
     check(run.returncode == 0, "the pipeline ends with exit code 0")
     again = subprocess.run(command + ["-q"], env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     check(again.returncode == 0, "a second run has nothing to do")
+
+    # Another rate of learning trains anew and repeats nothing before.
+    times = {name: os.stat(f"{out}/{name}.h5").st_mtime_ns for name in ("template", "poses", "fem", "model")}
+    with open(config) as file:
+        changed = json.load(file)
+    changed["train-ndg"]["learning_rate"] = 0.0012
+    with open(config, "w") as file:
+        json.dump(changed, file)
+    subprocess.run(make + [out + "/model.h5"], env=environment, stdout=subprocess.DEVNULL)
+    repeated = {name for name, time in times.items() if os.stat(f"{out}/{name}.h5").st_mtime_ns != time}
+    check(repeated == {"model"}, f"a change of one stage's options repeats that stage alone (repeated: {repeated})")
+    subprocess.run(command, env=environment, stdout=subprocess.DEVNULL)
 
     # The methods of the table; the two steps of a network's prediction give what it gives in one.
     def tool(name, *arguments):
