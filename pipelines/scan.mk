@@ -9,10 +9,13 @@ FRAME_RATE ?= 30
 
 OWN = out/$(NAME)
 OWN_STAGE = @pipelines/stage.sh $(OWN)
-# Without SEX the template is a man's and formulas of both sexes are blended.
-PERSON = $(if $(filter file,$(origin SEX)),,--sex $(if $(filter female,$(SEX)),0,1)) $(if $(AGE),--age-years $(AGE))
+# Sex and age are remembered, so that a body stays as it is when its animation does not tell them again. Without SEX the
+# template is a man's and formulas of both sexes are blended.
+OWN_SEX := $(if $(filter file,$(origin SEX)),$(shell cat '$(OWN)/sex' 2> /dev/null),$(SEX))
+OWN_AGE := $(or $(AGE),$(shell cat '$(OWN)/age' 2> /dev/null))
+PERSON = $(if $(OWN_SEX),--sex $(if $(filter female,$(OWN_SEX)),0,1)) $(if $(OWN_AGE),--age-years $(OWN_AGE))
 # A method that needs files of a training (eval.mk) takes the template of that training, all others one for all scans.
-OWN_TEMPLATE = $(if $(METHOD_FILES_$(METHOD)),$(OUT)/template.h5,out/templates/$(SOURCE)-$(SEX)-$(PRESET).h5)
+OWN_TEMPLATE = $(if $(METHOD_FILES_$(METHOD)),$(OUT)/template.h5,out/templates/$(SOURCE)-$(or $(OWN_SEX),$(SEX))-$(PRESET).h5)
 OWN_CHOICE = $(OWN)/choice-scan-$(firstword $(shell echo '$(SCAN) $(PERSON) $(OWN_TEMPLATE)' | md5sum))
 
 # Motions of the project unless one is given.
@@ -40,6 +43,7 @@ animate: scan-given build ## the body of one scan in a motion, out/<name>/<motio
 ifneq ($(SCAN),)
 $(OWN_CHOICE):
 	@mkdir -p $(OWN) && rm -f $(OWN)/choice-scan-* && touch $@
+	@printf '%s' '$(OWN_SEX)' > $(OWN)/sex && printf '%s' '$(OWN_AGE)' > $(OWN)/age
 
 $(OWN)/skin.h5: $(OWN_TEMPLATE) $(SCAN) $(CONFIG) $(OWN_CHOICE)
 	$(OWN_STAGE) fit-body $(BIN)/fit-body $(RUN) --template $< --scan $(SCAN) $(PERSON) --keep-outside \
