@@ -95,8 +95,15 @@ TEST_CASE("Damaged bodies and skins are refused", "[files]")
 TEST_CASE("Damaged poses are refused", "[files]")
 {
     const TemporaryFolder folder;
-    write_poses(folder.file("poses.h5"), example_poses(), example_provenance());
+    PoseSet poses = example_poses();
+    poses.spliced_from = RowMatrixI::Constant(3, 6, -1);
+    poses.spliced_from.row(2) << 0, 5, 1, 12, 1, 90;
+    write_poses(folder.file("poses.h5"), poses, example_provenance());
     const std::vector<Damage> damages = {
+        {"f['/poses/spliced_from'][2, 4] = 2", {"/poses/spliced_from[2]", "clip 2", "there are 2"}},
+        {"f['/poses/spliced_from'][2, 3] = -1", {"/poses/spliced_from[2]", "-1 beside"}},
+        {"f['/poses/spliced_from'][1, 0] = 0", {"/poses/spliced_from[1]", "-1 beside"}},
+        {"put('/poses/spliced_from', f['/poses/spliced_from'][:2])", {"/poses/spliced_from"}},
         {"f['/poses/rotations'][1, 7, 0] = 1.1", {"/poses/rotations[1, 7]", "rotation"}},
         {"f['/poses/rotations'][1, 7] *= -1", {"/poses/rotations[1, 7]", "determinant -1"}},
         {"f['/poses/rotations'][2, 59] = 0", {"/poses/rotations[2, 59]", "rotation"}},

@@ -240,6 +240,18 @@ TEST_CASE("Poses come back as rotations to double precision", "[files]")
                   " '/poses/clip_idx': (3,), '/poses/frame_idx': (3,), '/poses/covering_radius': (3,),"
                   " '/clips/names': (2,), '/clips/frame_rates': (2,)}");
 
+    CHECK(back.spliced_from.rows() == 0);
+    CHECK_FALSE(back.is_spliced(2));
+
+    PoseSet spliced = poses;
+    spliced.spliced_from = RowMatrixI::Constant(3, 6, -1);
+    spliced.spliced_from.row(2) << 0, 5, 1, 12, 1, 90;
+    write_poses(folder.file("spliced.h5"), spliced, example_provenance());
+    const PoseSet spliced_back = read_poses(folder.file("spliced.h5"));
+    CHECK(spliced_back.spliced_from == spliced.spliced_from);
+    CHECK(spliced_back.is_spliced(2));
+    CHECK_FALSE(spliced_back.is_spliced(0));
+
     PoseSet plain = poses;
     plain.covering_radius.clear();
     write_poses(folder.file("plain.h5"), plain, example_provenance());

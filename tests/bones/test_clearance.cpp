@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ndg/bones/bone_rig.h"
+#include "ndg/core/threads.h"
 #include "ndg/geometry/closest_point.h"
 #include "support/support.h"
 
@@ -50,6 +51,14 @@ TEST_CASE("The wrap at rest stays, and gives way outwards to a bone that comes t
     posed = wrap;
     motions[1].translation().y() = 0.12;
     clearance.push_out(motions, posed);
+    for (const int threads : {1, 3}) {
+        const int before = num_threads();
+        set_num_threads(threads);
+        Points again = wrap;
+        clearance.push_out(motions, again);
+        set_num_threads(before);
+        CHECK(again == posed);
+    }
     const TriangleTree tree(posed, tube.wrap_triangles);
     for (Eigen::Index v = 0; v < bone.rows(); ++v) {
         const Eigen::Vector3d point = motions[1] * bone.row(v).transpose();

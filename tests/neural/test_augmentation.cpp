@@ -103,6 +103,20 @@ AugmentationOptions both()
     return options;
 }
 
+/// A training set and what becomes of its samples.
+struct Augmented {
+    NeuralModel model;
+    TrainingSet set;
+    Augmentation augmentation;
+
+    Augmented(const Synthetic& s, const NetworkOptions& options)
+        : model(s.model(options)),
+          set(s.set("train", model)),
+          augmentation(set, model.input_space(), model.output_space(), both(), 1)
+    {
+    }
+};
+
 }  // namespace
 
 TEST_CASE("a mirrored sample is that of the mirrored body in the mirrored pose")
@@ -110,9 +124,9 @@ TEST_CASE("a mirrored sample is that of the mirrored body in the mirrored pose")
     const Mirrored m = make_mirrored(6);
     for (const char* output_space : {"residuals", "vertex-offsets"}) {
         CAPTURE(output_space);
-        const NeuralModel model = m.s.model(network_of(output_space));
-        const TrainingSet set = m.s.set("train", model);
-        const Augmentation augmentation(set, model.input_space(), model.output_space(), both(), 1);
+        const Augmented augmented(m.s, network_of(output_space));
+        const TrainingSet& set = augmented.set;
+        const Augmentation& augmentation = augmented.augmentation;
         SampleChange change;
         change.mirrored = true;
         double largest_change = 0;
@@ -164,9 +178,9 @@ TEST_CASE("a sample spliced with itself is itself; with another it has both")
     const Mirrored m = make_mirrored(12);
     for (const char* output_space : {"residuals", "vertex-offsets"}) {
         CAPTURE(output_space);
-        const NeuralModel model = m.s.model(network_of(output_space));
-        const TrainingSet set = m.s.set("train", model);
-        const Augmentation augmentation(set, model.input_space(), model.output_space(), both(), 1);
+        const Augmented augmented(m.s, network_of(output_space));
+        const TrainingSet& set = augmented.set;
+        const Augmentation& augmentation = augmented.augmentation;
         SampleChange change;
         change.other_idx = 0;
         change.from_other = 0b110110;

@@ -144,7 +144,9 @@ TEST_CASE("bfloat16 products leave gradients within their rounding")
     try {
         resolve_precision(Precision::bfloat16, Device::cpu);
     } catch (const InputError& error) {
-        WARN(error.what());
+        // Not on this processor; then nothing else chooses it either.
+        CHECK(std::string(error.what()).find("AVX-512") != std::string::npos);
+        CHECK(resolve_precision(Precision::automatic, Device::cpu) == Precision::float32);
         return;
     }
     for (const bool with_basis : {false, true}) {

@@ -29,6 +29,20 @@ Eigen::Matrix3d orthonormalised(Eigen::Matrix3d rotation)
     return rotation;
 }
 
+/// Each row of /poses/spliced_from has three clips with their frames, or -1 alone.
+void check_sources(const std::string& path, const PoseSet& poses)
+{
+    const auto num_clips = static_cast<int>(poses.clip_names.size());
+    for (Eigen::Index i = 0; i < poses.spliced_from.rows(); ++i) {
+        const auto row = poses.spliced_from.row(i);
+        if (row.maxCoeff() < 0) continue;
+        require_input(row.minCoeff() >= 0, "{}: /poses/spliced_from[{}] has -1 beside clips and frames", path, i);
+        for (int part = 0; part < 3; ++part)
+            require_input(row[2 * part] < num_clips, "{}: /poses/spliced_from[{}] names clip {}, there are {}", path, i,
+                          row[2 * part], num_clips);
+    }
+}
+
 }  // namespace
 
 void write_poses(const std::string& path, const PoseSet& poses, const Provenance& provenance)
@@ -104,9 +118,11 @@ PoseSet read_poses(const std::string& path)
     require_input(poses.covering_radius.empty() || poses.covering_radius.size() == shape[0],
                   "{}: /poses/covering_radius has {} values for {} poses", path, poses.covering_radius.size(), count);
 
-    if (reader.has("/poses/spliced_from"))
+    if (reader.has("/poses/spliced_from")) {
         poses.spliced_from =
             reader.read_int_matrix("/poses/spliced_from", count, 6, -1, std::numeric_limits<int>::max());
+        check_sources(path, poses);
+    }
 
     poses.poses.resize(shape[0]);
     for (std::size_t i = 0; i < shape[0]; ++i) {

@@ -210,12 +210,6 @@ std::vector<SamplePair> draw_pairs(const std::vector<int>& bodies, const std::ve
 void check(const PoseSet& poses, const SplitOptions& options)
 {
     check_options(options);
-    for (int i = 0; i < poses.size(); ++i)
-        for (int part = 0; poses.is_spliced(i) && part < 3; ++part) {
-            const int clip = poses.spliced_from(i, 2 * part);
-            require_input(clip >= 0 && clip < static_cast<int>(poses.clip_names.size()),
-                          "pose {} is spliced from clip {}, there are {}", i, clip, poses.clip_names.size());
-        }
     const double sum = std::accumulate(options.fractions.begin(), options.fractions.end(), 0.0);
     require_input(std::abs(sum - 1.0) < 1e-6, "the split fractions add up to {}, not 1", sum);
     for (std::size_t c = 0; c < poses.clip_names.size(); ++c) {

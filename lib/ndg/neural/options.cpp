@@ -82,7 +82,8 @@ void describe(OptionList& list, TrainingOptions& options)
     list.add("weight-decay", options.weight_decay, "of AdamW, on matrices", 0, 1000);
     list.add("schedule", options.schedule, "of the learning rate");
     list.add("precision", options.precision,
-             "of factors in products (weights and sums are float32); auto: bfloat16 where the processor has it");
+             "of factors in products (weights and sums are float32); auto: bfloat16 on processors with AMX, where "
+             "it is faster");
     list.add("dropout", options.dropout, "probability, after each hidden layer", 0, 0.95);
     list.add("input-noise", options.input_noise, "in standard deviations of each input", 0, 10);
     describe(list, options.augmentation);
