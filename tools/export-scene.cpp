@@ -237,17 +237,17 @@ int main(int argc, char** argv)
             std::cout << mesh_path << "\n";
         }
         if (picture_path.empty()) return;
+        require_input((kind != "cut" && kind != "section") || select(asked, inputs).pose_idx < 0,
+                      "Sections are of bodies at rest; leave out --pose and --sample");
         if (kind == "body" || kind == "layers" || kind == "cut") {
             const Selection selection = select(asked, inputs);
             const Body& body = bodies.bodies[std::size_t(selection.body_idx)];
             const BodyGeometry geometry = geometry_of(selection, inputs);
-            require_input(kind != "cut" || selection.pose_idx < 0, "Sections are of a body at rest; leave out --pose");
             if (kind == "body") write_png(picture_path, body_picture(body_template, body, geometry, settings));
             if (kind == "layers") write_png(picture_path, layers_picture(body_template, geometry, settings));
             if (kind == "cut") write_png(picture_path, sections_picture(body_template, body, settings));
         }
         if (kind == "section") {
-            select(asked, inputs);
             const std::vector<int> shown =
                 count == 1 ? std::vector<int>{asked.body_idx} : spread_indices(int(bodies.bodies.size()), count);
             write_png(picture_path, section_sheet(body_template, bodies, shown, section, settings));
