@@ -49,6 +49,13 @@ def simulations():
     return found
 
 
+def is_told_to_end(process):
+    """Whether SIGTERM waits for a process that is held."""
+    with open(f"/proc/{process}/status") as file:
+        pending = next(line.split()[1] for line in file if line.startswith("ShdPnd"))
+    return bool(int(pending, 16) >> (signal.SIGTERM - 1) & 1)
+
+
 def log():
     text = ""
     for path in sorted(glob.glob(out + "/slurm/*.log")):
@@ -82,15 +89,23 @@ try:
                                text=True)
         check(again.returncode == 2 and "queued or running" in again.stdout, "a second submission at once is refused")
 
-        # One task dies with its process, one is cancelled, one is told that its time is over.
-        for index in (1, 2, 3):
-            cluster.wait_for(lambda i=index: len(parts(shard_file(i))) >= 2 and i in simulations(), f"shard {index}")
-            if index == 1:
-                os.kill(simulations()[1], signal.SIGKILL)
-            elif index == 2:
-                cluster.run("scancel", f"{array}_2")
-            else:
-                cluster.run("scancel", "--batch", "--signal=USR1", f"{array}_3")
+        # One task dies with its process, one is cancelled, one is told that its time is over: each is held still while it
+        # is at work, so that none of them can end before.
+        held = {}
+
+        def all_held():
+            for index, process in simulations().items():
+                if index in (1, 2, 3) and index not in held and len(parts(shard_file(index))) >= 2:
+                    os.kill(process, signal.SIGSTOP)
+                    held[index] = process
+            return len(held) == 3
+
+        cluster.wait_for(all_held, "shards 1, 2 and 3 at work", poll=0.01)
+        os.kill(held[1], signal.SIGKILL)
+        cluster.run("scancel", f"{array}_2")
+        cluster.run("scancel", "--batch", "--signal=USR1", f"{array}_3")
+        cluster.wait_for(lambda: is_told_to_end(held[3]), "the signal to shard 3", poll=0.01)
+        os.kill(held[3], signal.SIGCONT)
         at_work = sum(len(parts(shard_file(i))) + os.path.exists(shard_file(i)) for i in range(shards))
         check(at_work >= 6, "three tasks were stopped while they were at work")
         cluster.wait_for(lambda: not cluster.jobs(), "the first round", 300)

@@ -90,13 +90,13 @@ PartitionName=test Nodes={host} Default=YES MaxTime=INFINITE State=UP
             raise RuntimeError(f"{' '.join(command)} ended with {done.returncode}: {done.stdout}")
         return done.stdout
 
-    def wait_for(self, condition, what, seconds=60):
+    def wait_for(self, condition, what, seconds=60, poll=0.1):
         end = time.time() + seconds
         while time.time() < end:
             found = condition()
             if found:
                 return found
-            time.sleep(0.1)
+            time.sleep(poll)
         raise RuntimeError(f"waited {seconds} s in vain for {what}")
 
     def jobs(self):
