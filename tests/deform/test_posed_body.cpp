@@ -90,8 +90,8 @@ TEST_CASE("A pose or body of another skeleton is refused")
 TEST_CASE("Rigid bones stay rigid where linear blend skinning bends them, and the wrap follows them")
 {
     const Template tube = test::tube_template();
-    const BodyPoser lbs(tube), rigid(tube, {BoneWrap::rigid});
-    CHECK(lbs.options().bone_wrap == BoneWrap::lbs);
+    const BodyPoser lbs(tube, {BoneWrap::lbs}), rigid(tube);
+    CHECK(rigid.options().bone_wrap == BoneWrap::rigid);
     const Points anatomy = anatomy_at_rest(tube, tube.rest);
     const int num_bone = tube.anatomy_parts.front().vertex_end;
     const auto lengths = [&](const Points& points) -> Eigen::VectorXd {

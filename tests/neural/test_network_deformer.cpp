@@ -104,8 +104,8 @@ TEST_CASE("A method without its model, or with another template's, is an input e
     CHECK_THROWS_AS(NetworkDeformer(BodyPoser(another), inputs), InputError);
     // What it was trained on is kept, and bodies posed otherwise are refused.
     NetworkOptions options = test::small_network();
-    options.posing.bone_wrap = BoneWrap::rigid;
+    options.posing.bone_wrap = BoneWrap::lbs;
     s.model(options).save(inputs.model_path, Provenance{});
-    CHECK_THROWS_WITH(NetworkDeformer(BodyPoser(s.tube), inputs), Catch::Contains("bone-wrap rigid"));
-    CHECK_NOTHROW(NetworkDeformer(BodyPoser(s.tube, {BoneWrap::rigid}), inputs));
+    CHECK_THROWS_WITH(NetworkDeformer(BodyPoser(s.tube), inputs), Catch::Contains("bone-wrap lbs"));
+    CHECK_NOTHROW(NetworkDeformer(BodyPoser(s.tube, {BoneWrap::lbs}), inputs));
 }

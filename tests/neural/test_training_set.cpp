@@ -103,8 +103,8 @@ TEST_CASE("samples that do not fit are refused")
     s.samples[0].num_volume_vertices -= 1;
     CHECK_THROWS_AS(s.set("train", model), InputError);
     s = good;
-    s.samples[0].posing.bone_wrap = BoneWrap::rigid;
-    CHECK_THROWS_WITH(s.set("train", model), Catch::Contains("bone-wrap rigid"));
+    s.samples[0].posing.bone_wrap = BoneWrap::lbs;
+    CHECK_THROWS_WITH(s.set("train", model), Catch::Contains("bone-wrap lbs"));
 }
 
 TEST_CASE("inputs see the joints that move the volume, and the body")

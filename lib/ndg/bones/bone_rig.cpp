@@ -12,7 +12,7 @@ namespace {
 
 BoneWeights wrap_weights_of(const BoneList& list, const Template& body_template)
 {
-    require_input(list.num_segments > 0, "rigid bones need a template that has bones");
+    require_input(list.num_segments > 0, "rigid bones need a template that has bones; --bone-wrap lbs does without");
     const int num_wrap = body_template.num_wrap_vertices();
     const auto wrap = body_template.rest.volume_vertices.topRows(num_wrap);
     return smoothed_weights(near_bones(list, body_template, body_template.anatomy_vertices, wrap).weights, wrap,

@@ -4,11 +4,11 @@
 #include "ndg/core/error.h"
 #include "ndg/geometry/closest_point.h"
 #include "ndg/geometry/triangle_mesh.h"
+#include "ndg/solver/sparse_cholesky.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <map>
 
 namespace ndg {
 
@@ -89,37 +89,47 @@ NearBones near_bones(const BoneList& list, const Template& body_template, const 
 BoneWeights smoothed_weights(const BoneWeights& weights, const Eigen::Ref<const Points>& vertices,
                              const Eigen::Ref<const Triangles>& triangles, double spread)
 {
-    const auto neighbours = vertex_neighbours(triangles, int(vertices.rows()));
-    double edge = 0.0;
-    for (Eigen::Index t = 0; t < triangles.rows(); ++t)
-        edge += (vertices.row(triangles(t, 0)) - vertices.row(triangles(t, 1))).norm() / double(triangles.rows());
-    // A step takes half of a vertex's weights to its neighbours: a variance of a quarter of an edge squared along each
-    // direction of the surface.
-    const int steps = int(std::lround(4.0 * spread * spread / (edge * edge)));
-    std::vector<std::map<int, double>> current(weights.size());
-    for (Eigen::Index i = 0; i < weights.size(); ++i)
-        for (int k = weights.begins[i]; k < weights.begins[i + 1]; ++k)
-            current[i][weights.segments[k]] = weights.weights[k];
-    for (int step = 0; step < steps; ++step) {
-        std::vector<std::map<int, double>> next(current.size());
-        for (std::size_t i = 0; i < current.size(); ++i) {
-            const double kept = neighbours[i].empty() ? 1.0 : 0.5;
-            for (const auto& [s, w] : current[i]) next[i][s] += kept * w;
-            for (const int j : neighbours[i])
-                for (const auto& [s, w] : current[j]) next[i][s] += 0.5 * w / double(neighbours[i].size());
-        }
-        current = std::move(next);
+    const std::vector<MeshEdge> edges = mesh_edges(triangles, int(vertices.rows()));
+    double squared_length = 0.0;
+    for (const MeshEdge& edge : edges)
+        squared_length += (vertices.row(edge.v0) - vertices.row(edge.v1)).squaredNorm() / double(edges.size());
+    // Diffusion over the graph of the edges: a random walk of as many edges has this spread along each direction of the
+    // surface. A few implicit steps make its kernel nearly a normal distribution.
+    constexpr int steps = 4;
+    const double walked = 2.0 * spread * spread / squared_length / steps;
+    std::vector<Eigen::Triplet<double>> entries;
+    Eigen::VectorXd degrees = Eigen::VectorXd::Zero(vertices.rows());
+    for (const MeshEdge& edge : edges) {
+        for (const int v : {edge.v0, edge.v1}) degrees[v] += 1.0;
+        entries.emplace_back(std::max(edge.v0, edge.v1), std::min(edge.v0, edge.v1), -walked);
     }
+    for (Eigen::Index v = 0; v < vertices.rows(); ++v) {
+        degrees[v] = std::max(degrees[v], 1.0);
+        entries.emplace_back(v, v, (1.0 + walked) * degrees[v]);
+    }
+    Eigen::SparseMatrix<double> matrix(vertices.rows(), vertices.rows());
+    matrix.setFromTriplets(entries.begin(), entries.end());
+    SparseCholesky solver;
+    solver.analyze(matrix);
+    require(solver.factorize(matrix), "the diffusion of the weights of a wrap is not positive definite");
+
+    const int num_segments = 1 + *std::max_element(weights.segments.begin(), weights.segments.end());
+    Eigen::MatrixXd of_segments = Eigen::MatrixXd::Zero(vertices.rows(), num_segments);
+    for (Eigen::Index v = 0; v < weights.size(); ++v)
+        for (int k = weights.begins[v]; k < weights.begins[v + 1]; ++k)
+            of_segments(v, weights.segments[k]) = weights.weights[k];
+    for (int step = 0; step < steps; ++step) of_segments = solver.solve(degrees.asDiagonal() * of_segments);
+
     constexpr double least = 0.02;
     BoneWeights result;
     result.begins.push_back(0);
-    for (const auto& row : current) {
+    for (Eigen::Index v = 0; v < vertices.rows(); ++v) {
         double sum = 0.0;
-        for (const auto& [s, w] : row) sum += w >= least ? w : 0.0;
-        for (const auto& [s, w] : row) {
-            if (w < least) continue;
+        for (int s = 0; s < num_segments; ++s) sum += of_segments(v, s) >= least ? of_segments(v, s) : 0.0;
+        for (int s = 0; s < num_segments; ++s) {
+            if (of_segments(v, s) < least) continue;
             result.segments.push_back(s);
-            result.weights.push_back(w / sum);
+            result.weights.push_back(of_segments(v, s) / sum);
         }
         result.begins.push_back(int(result.segments.size()));
     }

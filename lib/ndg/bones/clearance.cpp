@@ -2,265 +2,248 @@
 #include "ndg/bones/clearance.h"
 
 #include "ndg/geometry/closest_point.h"
-#include "ndg/geometry/triangle_mesh.h"
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <tuple>
-#include <utility>
 
 namespace ndg {
 
 namespace {
 
-constexpr double widest = 0.060;  ///< m: first the wrap moves over this width about what came through, then over less
+constexpr float near = 0.003F;        // m: what is farther from coming through at first does not come through later
+constexpr float tolerance = 0.0003F;  // m
 
-/// Where on the wrap a point lies.
-struct Foot {
-    int triangle = -1;
-    double height = 0.0;                                       ///< of the point, negative inside
-    Eigen::RowVector3d outwards = Eigen::RowVector3d::Zero();  ///< of length 1, along the line to the point
-    Eigen::Vector3d barycentric = Eigen::Vector3d::Zero();
-};
-
-Eigen::RowVector3d area_normal(const Points& wrap, const Eigen::Ref<const Eigen::RowVector3i>& triangle)
+/// First the wrap moves over a large width about what came through, then over less and less, m.
+std::vector<double> widths_of_passes()
 {
-    const Eigen::RowVector3d a = wrap.row(triangle[0]);
-    return (wrap.row(triangle[1]) - a).cross(wrap.row(triangle[2]) - a);
-}
-
-/// The place nearest to a point as found by going down over the wrap from a triangle.
-Foot nearest_foot(const WrapPeaks& peaks, const Points& wrap, const Eigen::Vector3d& point, int start)
-{
-    constexpr int most_steps = 12;
-    const auto closest_on = [&](int t) {
-        const auto triangle = peaks.triangles.row(t);
-        ClosestPoint closest =
-            closest_point_on_triangle(point, wrap.row(triangle[0]).transpose(), wrap.row(triangle[1]).transpose(),
-                                      wrap.row(triangle[2]).transpose());
-        closest.triangle_idx = t;
-        return closest;
-    };
-    ClosestPoint best = closest_on(start);
-    for (int step = 0, centre = -1; step < most_steps && centre != best.triangle_idx; ++step) {
-        centre = best.triangle_idx;
-        for (int c = 0; c < 3; ++c)
-            for (const int t : peaks.triangles_of[peaks.triangles(centre, c)]) {
-                if (t == centre) continue;
-                const ClosestPoint other = closest_on(t);
-                if (other.distance < best.distance) best = other;
-            }
-    }
-    constexpr double on_edge = 1e-6;
-    const auto corners = peaks.triangles.row(best.triangle_idx);
-    Eigen::RowVector3d normal = area_normal(wrap, corners);
-    if (best.barycentric.minCoeff() < on_edge) {
-        // On an edge or at a corner: the mean of what meets there.
-        normal.setZero();
-        for (int c = 0; c < 3; ++c) {
-            if (best.barycentric[c] < on_edge) continue;
-            for (const int t : peaks.triangles_of[corners[c]])
-                normal += best.barycentric[c] * area_normal(wrap, peaks.triangles.row(t)).normalized();
-        }
-    }
-    const Eigen::RowVector3d line = (point - best.point).transpose();
-    const bool outside = line.dot(normal) > 0.0;
-    constexpr double touching = 1e-6;  // m
-    Foot foot{best.triangle_idx, outside ? best.distance : -best.distance, normal, best.barycentric};
-    if (best.distance > touching) foot.outwards = outside ? line : Eigen::RowVector3d(-line);
-    foot.outwards /= std::max(foot.outwards.norm(), 1e-20);
-    return foot;
-}
-
-/// Goes over the wrap from triangle to triangle to one under or over the point: a bone that slides under the wrap is
-/// followed, and another fold of the wrap that touches this one is not taken for it. Where the point lies over an edge
-/// and may be higher than `allowed`, the nearest place is looked for.
-Foot find_foot(const WrapPeaks& peaks, const Points& wrap, const Eigen::Vector3d& point, int start, double allowed)
-{
-    constexpr int most_steps = 16;
-    int t = start, previous = -1;
-    double previous_height = 0.0;
-    for (int step = 0; step < most_steps; ++step) {
-        const auto corners = peaks.triangles.row(t);
-        const Eigen::Vector3d a = wrap.row(corners[0]).transpose(), u = wrap.row(corners[1]).transpose() - a,
-                              v = wrap.row(corners[2]).transpose() - a, normal = u.cross(v), d = point - a;
-        const double area = normal.squaredNorm();
-        const Eigen::Vector3d across = normal.cross(d);
-        // Barycentric coordinates times area: of u and v.
-        const double second = across.dot(v), third = -across.dot(u), first = area - second - third;
-        const double height = d.dot(normal) / std::sqrt(std::max(area, 1e-30));
-        if (std::min({first, second, third}) >= 0.0)
-            return {t, height, normal.transpose().normalized(), Eigen::Vector3d(first, second, third) / area};
-        const int corner = first <= second && first <= third ? 0 : (second <= third ? 1 : 2);
-        const int next = peaks.beside[t][std::size_t(corner)];
-        if (next == previous && std::max(height, previous_height) <= allowed)
-            return {t, std::max(height, previous_height), {}, {}};  // under an edge, at least as deep
-        if (next < 0 || next == previous) break;
-        previous = t;
-        previous_height = height;
-        t = next;
-    }
-    return nearest_foot(peaks, wrap, point, t);
+    constexpr double widest = 0.060, narrowest = 0.013, narrowing = 0.85;
+    constexpr int passes = 12;
+    std::vector<double> widths;
+    for (int pass = 0; pass < passes; ++pass) widths.push_back(std::max(widest * std::pow(narrowing, pass), narrowest));
+    return widths;
 }
 
 }  // namespace
 
 WrapPeaks::WrapPeaks(const BoneList& list, const Template& body_template, const BoneWeights& weights)
-    : triangles(body_template.wrap_triangles),
-      spread(body_template.rest.volume_vertices.topRows(body_template.num_wrap_vertices()), triangles, widest)
+    : surface(body_template.wrap_triangles, body_template.num_wrap_vertices()),
+      spread(body_template.rest.volume_vertices.topRows(body_template.num_wrap_vertices()), surface.triangles,
+             widths_of_passes())
 {
     constexpr double deepest = 0.020;  // m below the wrap at rest; what lies deeper does not come out
-    constexpr double cell = 0.004, shallow = 0.008, cell_below = 0.008;  // m; cells of bones down to a depth, and below
-    constexpr double own = 0.98;  // weight from which on a vertex moves with the bone
+    constexpr double cell = 0.003, shallow = 0.008, cell_below = 0.006;  // m; cells of bones down to a depth, and below
+    constexpr double thin = 0.010;  // m: so far behind a bone its wrap is looked for on the other side
+    constexpr double own = 0.98;    // weight from which on a vertex moves with the bone
     const auto rides_on = [&](int v, int segment) {
         for (int k = weights.begins[v]; k < weights.begins[v + 1]; ++k)
             if (weights.segments[k] == segment) return weights.weights[k] >= own;
         return false;
     };
-    const int num_wrap = body_template.num_wrap_vertices();
-    triangles_of.resize(num_wrap);
-    for (int t = 0; t < int(triangles.rows()); ++t)
-        for (int k = 0; k < 3; ++k) triangles_of[triangles(t, k)].push_back(t);
-    beside.assign(triangles.rows(), {-1, -1, -1});
-    for (const MeshEdge& edge : mesh_edges(triangles, num_wrap)) {
-        const auto opposite = [&](int t) {
-            int corner = 0;
-            while (triangles(t, corner) == edge.v0 || triangles(t, corner) == edge.v1) ++corner;
-            return std::size_t(corner);
-        };
-        if (edge.right_triangle < 0) continue;
-        beside[edge.left_triangle][opposite(edge.left_triangle)] = edge.right_triangle;
-        beside[edge.right_triangle][opposite(edge.right_triangle)] = edge.left_triangle;
-    }
-    const TriangleTree tree(body_template.rest.volume_vertices.topRows(num_wrap), triangles);
+    const Triangles& triangles = surface.triangles;
+    const TriangleTree tree(body_template.rest.volume_vertices.topRows(body_template.num_wrap_vertices()), triangles);
     // Of the vertices in a cell of the bone the one nearest to the wrap stands for all.
     struct Candidate {
         Peak peak;
         double distance;
     };
-    std::map<std::tuple<int, int, int, int>, Candidate> nearest;
+    std::map<std::tuple<int, int, int, int, int>, Candidate> nearest;
+    const auto add = [&](int v, int segment, int side, int triangle, double distance) {
+        if (distance > deepest) return;
+        bool rides = true;
+        for (int c = 0; c < 3; ++c)
+            for (const int t : surface.triangles_of[triangles(triangle, c)])
+                for (int k = 0; k < 3; ++k) rides = rides && rides_on(triangles(t, k), segment);
+        if (rides) return;
+        const bool is_shallow = distance < shallow;
+        const Eigen::Array3i c = (body_template.anatomy_vertices.row(v) / (is_shallow ? cell : cell_below))
+                                     .array()
+                                     .floor()
+                                     .cast<int>()
+                                     .transpose();
+        const Candidate candidate{{v, segment, triangle}, distance};
+        const auto [known, is_new] =
+            nearest.try_emplace({segment, 2 * side + int(is_shallow), c[0], c[1], c[2]}, candidate);
+        if (!is_new && candidate.distance < known->second.distance) known->second = candidate;
+    };
     for (const BoneList::Bone& bone : list.bones)
         for (int v = bone.vertex_begin; v < bone.vertex_end; ++v) {
             if (body_template.embedding.elements[v] < 0) continue;
             const Eigen::Vector3d point = body_template.anatomy_vertices.row(v).transpose();
             const ClosestPoint closest = tree.closest(point);
-            if (closest.distance > deepest) continue;
-            bool rides = true;
-            for (int c = 0; c < 3; ++c)
-                for (const int t : triangles_of[triangles(closest.triangle_idx, c)])
-                    for (int k = 0; k < 3; ++k) rides = rides && rides_on(triangles(t, k), bone.segment);
-            if (rides) continue;
-            const bool is_shallow = closest.distance < shallow;
-            const Eigen::Array3i c = (point / (is_shallow ? cell : cell_below)).array().floor().cast<int>();
-            const Candidate candidate{{v, bone.segment, closest.triangle_idx, {}}, closest.distance};
-            const auto [known, is_new] =
-                nearest.try_emplace({2 * bone.segment + int(is_shallow), c[0], c[1], c[2]}, candidate);
-            if (!is_new && candidate.distance < known->second.distance) known->second = candidate;
+            add(v, bone.segment, 0, closest.triangle_idx, closest.distance);
+            // The tip of a rib lies in a tongue of the wrap and may come through on its other side.
+            const Eigen::Vector3d away = (point - closest.point).normalized();
+            const ClosestPoint behind = tree.closest(point + thin * away);
+            const Eigen::Vector3d to_behind = behind.point - point;
+            if (to_behind.dot(away) > 0.0) add(v, bone.segment, 1, behind.triangle_idx, to_behind.norm());
         }
-    std::map<std::pair<int, int>, int> known_pairs;
+    segment_begins.assign(list.num_segments + 1, 0);
     for (const auto& [place, candidate] : nearest) {
         peaks.push_back(candidate.peak);
-        for (int k = 0; k < 3; ++k) {
-            const Pair pair{triangles(candidate.peak.triangle, k), candidate.peak.segment};
-            const auto [known, is_new] = known_pairs.try_emplace({pair.segment, pair.vertex}, int(pairs.size()));
-            if (is_new) pairs.push_back(pair);
-            peaks.back().pairs[std::size_t(k)] = known->second;
-        }
+        segment_begins[candidate.peak.segment + 1] = int(peaks.size());
     }
+    for (int s = 0; s < list.num_segments; ++s)
+        segment_begins[s + 1] = std::max(segment_begins[s + 1], segment_begins[s]);
 }
 
 BoneClearance::BoneClearance(const WrapPeaks& peaks, const Eigen::Ref<const Points>& anatomy_rest,
                              const Eigen::Ref<const Points>& bone_wrap)
-    : peaks_(&peaks), rest_wrap_(bone_wrap.cast<float>()), points_(Eigen::Index(peaks.peaks.size()), 3)
+    : peaks_(&peaks), rest_wrap_(PointColumnsF::Zero(4, bone_wrap.rows()))
 {
-    constexpr double kept = 0.0004;  // m between bone and wrap
-    const Points wrap = bone_wrap;
-    for (std::size_t i = 0; i < peaks.peaks.size(); ++i) {
-        const WrapPeaks::Peak& peak = peaks.peaks[i];
-        points_.row(Eigen::Index(i)) = anatomy_rest.row(peak.anatomy_vertex);
-        const Foot foot = find_foot(peaks, wrap, points_.row(Eigen::Index(i)).transpose(), peak.triangle, -kept);
+    constexpr float kept = 0.0004F;  // m between bone and wrap
+    rest_wrap_.topRows<3>() = bone_wrap.transpose().cast<float>();
+    for (const WrapPeaks::Peak& peak : peaks.peaks) {
+        const Eigen::Vector3f point = anatomy_rest.row(peak.anatomy_vertex).transpose().cast<float>();
+        const WrapFoot foot = find_foot(peaks.surface, rest_wrap_, point, peak.triangle, -kept);
         triangles_.push_back(foot.triangle);
         allowed_.push_back(std::max(-kept, foot.height));
-        spare_.push_back(float(allowed_.back() - foot.height));
+        spare_.push_back(allowed_.back() - foot.height);
+        for (int c = 0; c < 3; ++c) {
+            points_[std::size_t(c)].push_back(point[c]);
+            corners_[std::size_t(c)].push_back(4 * peaks.surface.triangles(foot.triangle, c));
+        }
     }
 }
 
-/// The peaks under which the wrap moved against the bone by more than most of what is between them at rest.
-std::vector<int> BoneClearance::may_come_through(const std::vector<Eigen::Isometry3d>& segments,
-                                                 const Points& bone_wrap) const
+/// A peak that may come through.
+struct BoneClearance::Watched {
+    int peak;
+    Eigen::Vector3f point;
+    WrapFoot foot;
+};
+
+/// Kept by each thread between calls, so that none of them allocates.
+struct BoneClearance::Scratch {
+    explicit Scratch(const SurfaceSpread& spread) : pushes(spread) {}
+
+    PointColumnsF wrap;
+    std::array<std::vector<float>, 3> points;  ///< of the peaks
+    std::vector<float> heights;                ///< over the triangle they lie over at rest; infinite: no longer over it
+    std::vector<Watched> watched;
+    std::vector<char> has_moved;  ///< of each vertex, in the last pass
+    std::vector<char> ever_moved;
+    SurfaceSpread::Pushes pushes;
+};
+
+/// Where the peaks are, and how high those that lie over the same triangle as at rest.
+void BoneClearance::look_over(const std::vector<Eigen::Isometry3d>& segments, Scratch& scratch) const
+{
+    constexpr float elsewhere = std::numeric_limits<float>::infinity();
+    const std::vector<int>& begins = peaks_->segment_begins;
+    scratch.heights.resize(allowed_.size());
+    for (std::vector<float>& axis : scratch.points) axis.resize(allowed_.size());
+    const float *const x = points_[0].data(), *const y = points_[1].data(), *const z = points_[2].data();
+    const int *const first_corner = corners_[0].data(), *const second_corner = corners_[1].data(),
+                     *const third_corner = corners_[2].data();
+    const float* const wrap = scratch.wrap.data();
+    float *const now_x = scratch.points[0].data(), *const now_y = scratch.points[1].data(),
+                 *const now_z = scratch.points[2].data(), *const heights = scratch.heights.data();
+#pragma omp parallel for schedule(dynamic, 4)
+    for (int s = 0; s < int(begins.size()) - 1; ++s) {
+        const Eigen::Matrix<float, 3, 4> m = segments[s].matrix().topRows<3>().cast<float>();
+#pragma omp simd
+        for (int i = begins[s]; i < begins[s + 1]; ++i) {
+            const float px = m(0, 0) * x[i] + m(0, 1) * y[i] + m(0, 2) * z[i] + m(0, 3);
+            const float py = m(1, 0) * x[i] + m(1, 1) * y[i] + m(1, 2) * z[i] + m(1, 3);
+            const float pz = m(2, 0) * x[i] + m(2, 1) * y[i] + m(2, 2) * z[i] + m(2, 3);
+            now_x[i] = px;
+            now_y[i] = py;
+            now_z[i] = pz;
+            const float *const a = wrap + first_corner[i], *const b = wrap + second_corner[i],
+                               *const c = wrap + third_corner[i];
+            const float ax = a[0], ay = a[1], az = a[2];
+            const float ux = b[0] - ax, uy = b[1] - ay, uz = b[2] - az;
+            const float vx = c[0] - ax, vy = c[1] - ay, vz = c[2] - az;
+            const float dx = px - ax, dy = py - ay, dz = pz - az;
+            const float nx = uy * vz - uz * vy, ny = uz * vx - ux * vz, nz = ux * vy - uy * vx;
+            const float area = nx * nx + ny * ny + nz * nz;
+            const float wx = ny * dz - nz * dy, wy = nz * dx - nx * dz, wz = nx * dy - ny * dx;
+            // Barycentric coordinates times area.
+            const float second = wx * vx + wy * vy + wz * vz, third = -(wx * ux + wy * uy + wz * uz);
+            const float least = std::min(std::min(second, third), area - second - third);
+            const float height = (dx * nx + dy * ny + dz * nz) / std::sqrt(std::max(area, 1e-30F));
+            heights[i] = least >= 0.0F ? height : elsewhere;
+        }
+    }
+}
+
+/// Keeps in view the peaks that are near coming through, and of those that lie elsewhere than at rest the ones under
+/// which the wrap moved against the bone by more than most of what is between them at rest.
+void BoneClearance::watch(const std::vector<Eigen::Isometry3d>& segments, Scratch& scratch) const
 {
     constexpr float most = 0.7F, least = 0.0002F;  // m
-    std::vector<Eigen::Matrix<float, 3, 4>> motions;
-    for (const Eigen::Isometry3d& motion : segments) motions.push_back(motion.matrix().topRows<3>().cast<float>());
-    const std::vector<WrapPeaks::Pair>& pairs = peaks_->pairs;
-    std::vector<float> ways(pairs.size());
-#pragma omp parallel for schedule(static)
-    for (std::size_t i = 0; i < pairs.size(); ++i) {
-        const Eigen::Matrix<float, 3, 4>& motion = motions[pairs[i].segment];
-        const Eigen::Vector3f rest = rest_wrap_.row(pairs[i].vertex).transpose(),
-                              now = bone_wrap.row(pairs[i].vertex).transpose().cast<float>();
-        ways[i] = (motion.leftCols<3>() * rest + motion.col(3) - now).norm();
+    const std::vector<int>& begins = peaks_->segment_begins;
+    scratch.watched.clear();
+    for (int s = 0; s < int(begins.size()) - 1; ++s) {
+        const Eigen::Matrix<float, 3, 4> motion = segments[s].matrix().topRows<3>().cast<float>();
+        for (int i = begins[s]; i < begins[s + 1]; ++i) {
+            if (scratch.heights[i] <= allowed_[i] - near) continue;
+            const float bound = most * spare_[i] + least;
+            const auto may_be_lower = [&](int c) {
+                const Eigen::Index v = corners_[std::size_t(c)][i] / 4;
+                const Eigen::Vector3f carried = motion.leftCols<3>() * rest_wrap_.col(v).head<3>() + motion.col(3);
+                return (carried - scratch.wrap.col(v).head<3>()).squaredNorm() > bound * bound;
+            };
+            if (!may_be_lower(0) && !may_be_lower(1) && !may_be_lower(2)) continue;
+            const Eigen::Vector3f point(scratch.points[0][i], scratch.points[1][i], scratch.points[2][i]);
+            scratch.watched.push_back({i, point, {triangles_[i], 0.0F, {}, {}}});
+        }
     }
-    std::vector<int> found;
-    for (std::size_t i = 0; i < peaks_->peaks.size(); ++i) {
-        const std::array<int, 3>& corners = peaks_->peaks[i].pairs;
-        if (std::max({ways[corners[0]], ways[corners[1]], ways[corners[2]]}) > most * spare_[i] + least)
-            found.push_back(int(i));
+}
+
+/// Pushes of the wrap under what is too high; forgets what is not near. Whether there are any.
+bool BoneClearance::pushes_of(Scratch& scratch) const
+{
+    constexpr float ahead = 1.2F;        // the first look's pushes are spread and come out less
+    constexpr float least_part = 0.05F;  // of a corner under a peak, from which on it is pushed
+    std::size_t num_near = 0;
+    for (const Watched& one : scratch.watched) {
+        const float missing = one.foot.height - allowed_[one.peak];
+        if (missing <= -near) continue;
+        scratch.watched[num_near++] = one;
+        if (missing <= tolerance) continue;
+        for (int c = 0; c < 3; ++c)
+            if (one.foot.barycentric[c] >= least_part)
+                scratch.pushes.add(peaks_->surface.triangles(one.foot.triangle, c),
+                                   ahead * missing * one.foot.outwards);
     }
-    return found;
+    scratch.watched.resize(num_near);
+    return !scratch.pushes.empty();
 }
 
 void BoneClearance::push_out(const std::vector<Eigen::Isometry3d>& segments, Points& bone_wrap) const
 {
-    constexpr int passes = 12;
-    constexpr double narrowing = 0.85, narrowest = 0.013;  // m; of the width from pass to pass
-    constexpr double ahead = 1.2;                          // the first look's pushes are spread and come out less
-    constexpr double tolerance = 0.0003;                   // m
-    constexpr double near = 0.003;       // m; what is farther from coming through at first does not come through later
-    constexpr double least_part = 0.05;  // of a corner under a peak, from which on it is pushed
-    struct Watched {
-        int peak;
-        Foot foot;
-    };
-    std::vector<Watched> watched;
-    for (const int i : may_come_through(segments, bone_wrap)) watched.push_back({i, {triangles_[i], 0.0, {}, {}}});
-    std::vector<char> moved(bone_wrap.rows(), 1);
-    Points pushes = Points::Zero(bone_wrap.rows(), 3);
-    double width = widest;
-    for (int pass = 0; pass < passes; ++pass, width = std::max(narrowing * width, narrowest)) {
-#pragma omp parallel for schedule(static)
+    thread_local Scratch scratch_of_thread(peaks_->spread);
+    Scratch& scratch = scratch_of_thread;  // of this thread, also in parallel loops
+    const Eigen::Index num_vertices = bone_wrap.rows();
+    scratch.wrap.setZero(4, num_vertices);
+    scratch.wrap.topRows<3>() = bone_wrap.transpose().cast<float>();
+    scratch.has_moved.assign(num_vertices, 1);
+    scratch.ever_moved.assign(num_vertices, 0);
+    scratch.pushes.reset(peaks_->spread);
+    look_over(segments, scratch);
+    watch(segments, scratch);
+    for (int pass = 0; pass < peaks_->spread.num_widths(); ++pass) {
+        std::vector<Watched>& watched = scratch.watched;
+#pragma omp parallel for schedule(static) if (watched.size() > 256)
         for (std::size_t k = 0; k < watched.size(); ++k) {
-            auto& [i, foot] = watched[k];
-            const auto corners = peaks_->triangles.row(foot.triangle);
-            if (moved[corners[0]] == 0 && moved[corners[1]] == 0 && moved[corners[2]] == 0) continue;
-            const Eigen::Vector3d point = segments[peaks_->peaks[i].segment] * points_.row(i).transpose();
-            foot = find_foot(*peaks_, bone_wrap, point, foot.triangle, allowed_[i]);
+            Watched& one = watched[k];
+            const auto corners = peaks_->surface.triangles.row(one.foot.triangle);
+            if (scratch.has_moved[corners[0]] == 0 && scratch.has_moved[corners[1]] == 0 &&
+                scratch.has_moved[corners[2]] == 0)
+                continue;
+            one.foot = find_foot(peaks_->surface, scratch.wrap, one.point, one.foot.triangle, allowed_[one.peak]);
         }
-        std::vector<int> pushed;
-        std::size_t num_near = 0;
-        for (const Watched& one : watched) {
-            const double missing = one.foot.height - allowed_[one.peak];
-            if (missing <= -near) continue;
-            watched[num_near++] = one;
-            if (missing <= tolerance) continue;
-            for (int c = 0; c < 3; ++c) {
-                const int v = peaks_->triangles(one.foot.triangle, c);
-                const double length = ahead * missing, known = pushes.row(v).norm();
-                if (one.foot.barycentric[c] < least_part || length <= known) continue;
-                if (known == 0.0) pushed.push_back(v);
-                pushes.row(v) = length * one.foot.outwards;
-            }
-        }
-        watched.resize(num_near);
-        if (pushed.empty()) break;
-        std::fill(moved.begin(), moved.end(), 0);
-        for (const int v : peaks_->spread.spread(pushed, width, pushes)) {
-            bone_wrap.row(v) += pushes.row(v);
-            pushes.row(v).setZero();
-            moved[v] = 1;
-        }
+        if (!pushes_of(scratch)) break;
+        std::fill(scratch.has_moved.begin(), scratch.has_moved.end(), 0);
+        for (const int v : peaks_->spread.spread(scratch.pushes, pass, scratch.wrap))
+            scratch.has_moved[v] = scratch.ever_moved[v] = 1;
     }
+    for (Eigen::Index v = 0; v < num_vertices; ++v)
+        if (scratch.ever_moved[v] != 0) bone_wrap.row(v) = scratch.wrap.col(v).head<3>().transpose().cast<double>();
 }
 
 }  // namespace ndg

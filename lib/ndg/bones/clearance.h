@@ -3,7 +3,7 @@
 #pragma once
 
 #include "ndg/bones/bone_wrap.h"
-#include "ndg/bones/surface_spread.h"
+#include "ndg/bones/wrap_foot.h"
 
 #include <array>
 #include <vector>
@@ -15,20 +15,13 @@ struct WrapPeaks {
     /// `weights`: those of the wrap.
     WrapPeaks(const BoneList& list, const Template& body_template, const BoneWeights& weights);
 
-    /// A vertex of the wrap and a segment near it.
-    struct Pair {
-        int vertex, segment;
-    };
     /// A vertex of a bone, and the wrap triangle over it at rest.
     struct Peak {
         int anatomy_vertex, segment, triangle;
-        std::array<int, 3> pairs;  ///< of the triangle's vertices with the segment
     };
-    std::vector<Pair> pairs;  ///< those of the peaks, each once
-    std::vector<Peak> peaks;
-    Triangles triangles;                         ///< of the wrap
-    std::vector<std::array<int, 3>> beside;      ///< of each triangle, across the edge opposite to a corner; -1: none
-    std::vector<std::vector<int>> triangles_of;  ///< of each vertex
+    std::vector<Peak> peaks;          ///< by segments
+    std::vector<int> segment_begins;  ///< S + 1: where the peaks of each segment begin
+    SurfaceNeighbours surface;        ///< the wrap
     SurfaceSpread spread;
 };
 
@@ -44,14 +37,19 @@ public:
     void push_out(const std::vector<Eigen::Isometry3d>& segments, Points& bone_wrap) const;
 
 private:
-    std::vector<int> may_come_through(const std::vector<Eigen::Isometry3d>& segments, const Points& bone_wrap) const;
+    struct Watched;
+    struct Scratch;
+    void look_over(const std::vector<Eigen::Isometry3d>& segments, Scratch& scratch) const;
+    void watch(const std::vector<Eigen::Isometry3d>& segments, Scratch& scratch) const;
+    bool pushes_of(Scratch& scratch) const;
 
     const WrapPeaks* peaks_;
-    Eigen::Matrix<float, Eigen::Dynamic, 3, Eigen::RowMajor> rest_wrap_;
-    Points points_;                ///< of the peaks at rest
-    std::vector<int> triangles_;   ///< the nearest at rest
-    std::vector<double> allowed_;  ///< height of each peak over the wrap
-    std::vector<float> spare_;     ///< by how much it is lower at rest
+    PointColumnsF rest_wrap_;
+    std::array<std::vector<float>, 3> points_;  ///< x, y, z of the peaks at rest
+    std::vector<int> triangles_;                ///< over or under each, at rest
+    std::array<std::vector<int>, 3> corners_;   ///< of those triangles: where in a wrap's columns
+    std::vector<float> allowed_;                ///< height of each peak over the wrap
+    std::vector<float> spare_;                  ///< by how much it is lower at rest
 };
 
 }  // namespace ndg

@@ -14,9 +14,10 @@ namespace ndg {
 namespace {
 
 /// 1 at 0, falling smoothly to 0 at 1.
-double bell(double t)
+template <typename Real>
+Real bell(Real t)
 {
-    const double rest = std::max(1.0 - t * t, 0.0);
+    const Real rest = std::max(Real(1) - t * t, Real(0));
     return rest * rest;
 }
 
@@ -65,9 +66,11 @@ private:
 }  // namespace
 
 SurfaceSpread::SurfaceSpread(const Eigen::Ref<const Points>& vertices, const Eigen::Ref<const Triangles>& triangles,
-                             double reach, double spacing)
+                             const std::vector<double>& widths, double spacing)
+    : widths_(widths.begin(), widths.end())
 {
     const std::size_t count = std::size_t(vertices.rows());
+    const double reach = *std::max_element(widths.begin(), widths.end());
     AlongSurface along(vertices, triangles);
     std::vector<int> nodes, node_at(count, -1);
     std::vector<double> nearest(count, std::numeric_limits<double>::infinity());
@@ -84,62 +87,94 @@ SurfaceSpread::SurfaceSpread(const Eigen::Ref<const Points>& vertices, const Eig
     }
     // Every vertex lies within one spacing of a node.
     const double blended = 1.6 * spacing;
-    std::vector<double> sums(count, 0.0);
+    std::vector<std::vector<Near>> about(count);
+    touched_begins_.push_back(0);
     for (const int v : nodes) {
         for (const auto& [distance, w] : along.within(v, reach)) {
             if (node_at[w] >= 0) nodes_.entries.push_back({node_at[w], float(distance)});
             if (distance >= blended) continue;
-            vertices_.entries.push_back({w, float(bell(distance / blended))});
-            sums[w] += bell(distance / blended);
+            about[w].push_back({node_at[v], float(bell(distance / blended))});
+            touched_.push_back(w);
         }
         nodes_.begins.push_back(int(nodes_.entries.size()));
+        touched_begins_.push_back(int(touched_.size()));
+    }
+    for (std::vector<Near>& of_vertex : about) {
+        float sum = 0.0F;
+        for (const Near& entry : of_vertex) sum += entry.value;
+        for (const Near& entry : of_vertex) vertices_.entries.push_back({entry.index, entry.value / sum});
         vertices_.begins.push_back(int(vertices_.entries.size()));
     }
-    for (Near& entry : vertices_.entries) entry.value /= float(sums[entry.index]);
+    node_weights_ = Eigen::MatrixXf::Zero(Eigen::Index(nodes.size()), num_widths());
+    for (int w = 0; w < num_widths(); ++w)
+        for (std::size_t node = 0; node < nodes.size(); ++node)
+            for (int k = nodes_.begins[node]; k < nodes_.begins[node + 1]; ++k)
+                node_weights_(Eigen::Index(node), w) += bell(nodes_.entries[k].value / widths_[w]);
 }
 
-std::vector<int> SurfaceSpread::spread(const std::vector<int>& sources, double width, Points& vectors) const
+void SurfaceSpread::Pushes::reset(const SurfaceSpread& spread)
 {
-    const std::size_t count = nodes_.begins.size() - 1;
-    std::vector<Eigen::Vector3d> longest(count, Eigen::Vector3d::Zero()), mean(count);
-    std::vector<double> lengths(count, 0.0);
-    std::vector<char> known(count, 0);
-    std::vector<int> pushed, near, moved;
-    for (const int v : sources) {
-        const int node = node_of_[v];
-        const double length = vectors.row(v).squaredNorm();
-        if (length > lengths[node]) {
-            if (lengths[node] == 0.0) pushed.push_back(node);
-            lengths[node] = length;
-            longest[node] = vectors.row(v).transpose();
-        }
-        vectors.row(v).setZero();
-    }
-    for (const int node : pushed)
+    const std::size_t num_nodes = spread.nodes_.begins.size() - 1;
+    spread_ = &spread;
+    if (pushed_.empty() && lengths_.size() == num_nodes && is_touched_.size() == spread.node_of_.size()) return;
+    pushed_.clear();
+    lengths_.assign(num_nodes, 0.0F);
+    longest_.setZero(4, Eigen::Index(num_nodes));
+    means_.setZero(4, Eigen::Index(num_nodes));
+    is_near_.assign(num_nodes, 0);
+    is_touched_.assign(spread.node_of_.size(), 0);
+}
+
+void SurfaceSpread::Pushes::add(int vertex, const Eigen::Vector3f& push)
+{
+    const int node = spread_->node_of_[vertex];
+    const float length = push.squaredNorm();
+    if (length <= lengths_[node]) return;
+    if (lengths_[node] == 0.0F) pushed_.push_back(node);
+    lengths_[node] = length;
+    longest_.col(node).head<3>() = push;
+}
+
+const std::vector<int>& SurfaceSpread::spread(Pushes& pushes, int width_idx, PointColumnsF& surface) const
+{
+    const float width = widths_[width_idx];
+    PointColumnsF& means = pushes.means_;
+    pushes.near_.clear();
+    pushes.touched_.clear();
+    for (const int node : pushes.pushed_) {
+        const Eigen::Vector4f push = pushes.longest_.col(node);
         for (int k = nodes_.begins[node]; k < nodes_.begins[node + 1] && nodes_.entries[k].value < width; ++k) {
             const int other = nodes_.entries[k].index;
-            if (known[other] == 0) near.push_back(other);
-            known[other] = 1;
+            if (pushes.is_near_[other] == 0) pushes.near_.push_back(other);
+            pushes.is_near_[other] = 1;
+            means.col(other) += bell(nodes_.entries[k].value / width) * push;
         }
-#pragma omp parallel for schedule(static)
-    for (std::size_t i = 0; i < near.size(); ++i) {
-        const int node = near[i];
-        Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-        double weights = 0.0;
-        for (int k = nodes_.begins[node]; k < nodes_.begins[node + 1] && nodes_.entries[k].value < width; ++k) {
-            const double weight = bell(nodes_.entries[k].value / width);
-            sum += weight * longest[nodes_.entries[k].index];
-            weights += weight;
-        }
-        mean[node] = sum / weights;
     }
-    for (const int node : near)
-        for (int k = vertices_.begins[node]; k < vertices_.begins[node + 1]; ++k) {
-            const Near& entry = vertices_.entries[k];
-            if (vectors.row(entry.index).isZero(0.0)) moved.push_back(entry.index);
-            vectors.row(entry.index) += double(entry.value) * mean[node].transpose();
+    for (const int node : pushes.near_) {
+        means.col(node) /= node_weights_(node, width_idx);
+        for (int k = touched_begins_[node]; k < touched_begins_[node + 1]; ++k) {
+            const int v = touched_[k];
+            if (pushes.is_touched_[v] == 0) pushes.touched_.push_back(v);
+            pushes.is_touched_[v] = 1;
         }
-    return moved;
+    }
+    const std::vector<int>& touched = pushes.touched_;
+#pragma omp parallel for schedule(static) if (touched.size() > 512)
+    for (std::size_t i = 0; i < touched.size(); ++i) {
+        const int v = touched[i];
+        Eigen::Vector4f shift = Eigen::Vector4f::Zero();
+        for (int k = vertices_.begins[v]; k < vertices_.begins[v + 1]; ++k)
+            shift += vertices_.entries[k].value * means.col(vertices_.entries[k].index);
+        surface.col(v) += shift;
+    }
+    for (const int v : touched) pushes.is_touched_[v] = 0;
+    for (const int node : pushes.near_) {
+        pushes.is_near_[node] = 0;
+        means.col(node).setZero();
+    }
+    for (const int node : pushes.pushed_) pushes.lengths_[node] = 0.0F;
+    pushes.pushed_.clear();
+    return touched;
 }
 
 }  // namespace ndg

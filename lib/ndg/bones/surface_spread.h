@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Pushes at single vertices of a surface made smooth bumps of it.
+// Pushes at places of a surface made smooth bumps of it.
 #pragma once
 
 #include "ndg/core/types.h"
@@ -8,18 +8,43 @@
 
 namespace ndg {
 
-/// Of a surface at rest: nodes on it at least `spacing` (m) apart, and which lie how near to which along its edges.
-/// What is spread goes by way of the nodes, so that it costs the same however fine the surface is.
+/// Points in single precision, one a column, aligned for vector instructions (the fourth row is not used).
+using PointColumnsF = Eigen::Matrix<float, 4, Eigen::Dynamic>;
+
+/// Of a surface at rest: nodes on it at least a spacing apart, and which lie how near to which along its edges. What is
+/// spread goes by way of the nodes, so that it costs the same however fine the surface is.
 class SurfaceSpread {
 public:
-    /// `vertices` N x 3. `reach`: the largest width that is asked for, m.
-    SurfaceSpread(const Eigen::Ref<const Points>& vertices, const Eigen::Ref<const Triangles>& triangles, double reach,
-                  double spacing = 0.012);
+    /// `vertices` N x 3, `widths` (m) over which pushes will be spread.
+    SurfaceSpread(const Eigen::Ref<const Points>& vertices, const Eigen::Ref<const Triangles>& triangles,
+                  const std::vector<double>& widths, double spacing = 0.012);
 
-    /// `vectors` N x 3, zero but at `sources`. Each node takes the longest vector of the vertices that are nearest to
-    /// it, then the mean of those within `width`, the nearer ones counting more; the vertices between blend the nodes
-    /// about them. Returns the vertices whose vectors are no longer zero. The same for any number of threads.
-    std::vector<int> spread(const std::vector<int>& sources, double width, Points& vectors) const;
+    int num_widths() const { return int(widths_.size()); }
+
+    /// Pushes that are collected and spread, and what is kept between calls so that none of them allocates. One thread
+    /// at a time.
+    class Pushes {
+    public:
+        explicit Pushes(const SurfaceSpread& spread) { reset(spread); }
+        /// Forgets all pushes, for use with a surface.
+        void reset(const SurfaceSpread& spread);
+        /// Of the pushes at vertices of which a node is the nearest the longest counts; of equally long ones the first.
+        void add(int vertex, const Eigen::Vector3f& push);
+        bool empty() const { return pushed_.empty(); }
+
+    private:
+        friend class SurfaceSpread;
+        const SurfaceSpread* spread_ = nullptr;
+        std::vector<int> pushed_, near_, touched_;  ///< nodes, nodes, vertices
+        std::vector<float> lengths_;                ///< of each node, squared
+        PointColumnsF longest_, means_;             ///< of each node; zero between calls
+        std::vector<char> is_near_, is_touched_;    ///< of nodes, of vertices; 0 between calls
+    };
+
+    /// Moves `surface` (4 x N): each node takes the mean of the pushes of the nodes within a width, the nearer ones
+    /// counting more, and the vertices blend the nodes about them. Returns the vertices that moved, until the next
+    /// call; `pushes` is empty after it. The same for any number of threads.
+    const std::vector<int>& spread(Pushes& pushes, int width_idx, PointColumnsF& surface) const;
 
 private:
     struct Near {
@@ -30,9 +55,13 @@ private:
         std::vector<int> begins = {0};
         std::vector<Near> entries;
     };
-    std::vector<int> node_of_;  ///< of each vertex, the nearest
-    Lists nodes_;               ///< of each node the nodes within reach with their distances, the nearest first
-    Lists vertices_;            ///< of each node the vertices that it has a part in with its weight there
+    std::vector<float> widths_;
+    std::vector<int> node_of_;      ///< of each vertex, the nearest
+    Lists nodes_;                   ///< of each node the nodes within reach with their distances, the nearest first
+    Eigen::MatrixXf node_weights_;  ///< of each width (column) and node: the sum of the weights of all nodes about it
+    Lists vertices_;                ///< of each vertex the nodes about it with their weights
+    std::vector<int> touched_begins_;  ///< of each node: the vertices that it has a part in
+    std::vector<int> touched_;
 };
 
 }  // namespace ndg

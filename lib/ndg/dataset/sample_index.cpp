@@ -113,7 +113,7 @@ void write_sample_index(H5Writer& writer, const std::string& path, const std::st
             index.pair_splits.size());
     check_split_names(path, group + "/splits", index.pair_splits);
     writer.attribute("method", index.method);
-    writer.attribute("bone_wrap", to_name(index.posing.bone_wrap));
+    write_posing(writer, index.posing);
     write_pairs(writer, group, index.pairs);
     writer.write(group + "/splits", index.pair_splits, "split of each sample");
 }
@@ -122,9 +122,7 @@ SampleIndex read_sample_index(const H5Reader& reader, const std::string& group)
 {
     SampleIndex index;
     index.method = reader.attribute("method");
-    // Files from before there was a choice do not say it.
-    if (reader.has_attribute("bone_wrap"))
-        index.posing.bone_wrap = parse_name<BoneWrap>(reader.attribute("bone_wrap"), reader.path() + ": bone_wrap");
+    index.posing = read_posing(reader);
     index.pairs = read_pairs(reader, group);
     index.pair_splits = reader.read_strings(group + "/splits", index.size());
     check_split_names(reader.path(), group + "/splits", index.pair_splits);

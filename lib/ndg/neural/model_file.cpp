@@ -101,8 +101,7 @@ NetworkOptions read_options(const H5Reader& file)
     options.rotation = read_flag(file, "rotation");
     options.shape = read_flag(file, "shape");
     options.output_basis = read_count(file, "output_basis");
-    if (file.has_attribute("bone_wrap"))
-        options.posing.bone_wrap = parse_name<BoneWrap>(file.attribute("bone_wrap"), file.path() + ": bone_wrap");
+    options.posing = read_posing(file);
     try {
         options.check();
     } catch (const InputError& error) {
@@ -146,7 +145,7 @@ void NeuralModel::save(const std::string& path, const Provenance& provenance) co
     const ShapeSpace& space = state.input_space.shape_space();
     H5Writer file(path, model_format, model_version, provenance);
     file.attribute("output_space", state.options.output_space);
-    file.attribute("bone_wrap", to_name(state.options.posing.bone_wrap));
+    write_posing(file, state.options.posing);
     file.attribute("widths", join(state.options.widths));
     file.attribute("parametrisation", to_name(state.options.parametrisation));
     file.attribute("rotation", std::string(state.options.rotation ? "true" : "false"));
