@@ -186,8 +186,7 @@ void Augmentation::transpose(int region, bool mirrored, const float* row, float*
     for (int e = 0; e < num_elements; ++e) {
         const float of_region = options_.splice > 0 ? share(e, region) : 1.0F;
         for (int k = 0; k < size; ++k)
-            result[size * e + k] =
-                of_region * (mirrored ? signs[k] * row[size * opposite_[e] + k] : row[size * e + k]);
+            result[size * e + k] = of_region * (mirrored ? signs[k] * row[size * opposite_[e] + k] : row[size * e + k]);
     }
 }
 

@@ -152,8 +152,8 @@ void CheckpointWriter::start(const Checkpoint& checkpoint)
     const Clock::time_point start = Clock::now();
     const torch::NoGradGuard no_grad;
     Checkpoint copy = checkpoint;
-    for (auto list : {&Checkpoint::parameters, &Checkpoint::first_moments, &Checkpoint::second_moments,
-                      &Checkpoint::averages}) {
+    for (auto list :
+         {&Checkpoint::parameters, &Checkpoint::first_moments, &Checkpoint::second_moments, &Checkpoint::averages}) {
         copy_tensors(checkpoint.*list, copy_.*list);
         copy.*list = copy_.*list;
     }

@@ -58,8 +58,8 @@ Coefficients::Coefficients(const TrainingSet& set, const Augmentation* augmentat
         for (int i = 0; i < count; ++i) {
             of_sample(begin + i, {}, held.data());
             const auto coefficients = Eigen::Map<const Eigen::VectorXf>(held.data(), num_coefficients).cast<double>();
-            remainders[begin + i] = outputs.row(i).cast<double>().squaredNorm() -
-                                    coefficients.cwiseAbs2().dot(squared_norms_);
+            remainders[begin + i] =
+                outputs.row(i).cast<double>().squaredNorm() - coefficients.cwiseAbs2().dot(squared_norms_);
         }
     });
     mean_remainder_ = std::max(0.0, remainders.mean());

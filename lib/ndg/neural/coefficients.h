@@ -33,8 +33,8 @@ private:
     /// What a basis has to do with some columns of the targets.
     struct Projection {
         std::vector<int> columns;
-        RowMatrixF rows;   ///< coefficients x columns
-        int first = 0;     ///< column of kept_ that the first coefficient goes to
+        RowMatrixF rows;  ///< coefficients x columns
+        int first = 0;    ///< column of kept_ that the first coefficient goes to
     };
     std::vector<Projection> find_projections(const Augmentation* augmentation, const Network& network) const;
     int place(int region, bool mirrored) const { return (mirrored ? num_regions_ : 0) + region; }

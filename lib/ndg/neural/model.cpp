@@ -36,8 +36,7 @@ NeuralModel::NeuralModel(const NetworkOptions& options, const ShapeSpace& shape_
                                            {},
                                            {},
                                            {}});
-    if (options.regional)
-        state_->columns = regional_columns(body_template, state_->input_space, *state_->output_space);
+    if (options.regional) state_->columns = regional_columns(body_template, state_->input_space, *state_->output_space);
     // Until training fits the bases, all of their (zero) coefficients mean the neutral prediction.
     std::vector<RowMatrixF> bases;
     if (options.output_basis > 0 && !options.regional)

@@ -81,9 +81,8 @@ private:
 std::unique_ptr<Objective> make_objective(const TrainingSet& set, const Augmentation* augmentation,
                                           const OutputSpace& output_space, const Network& network, Device device)
 {
-    const bool all_fixed = std::all_of(network.parts.begin(), network.parts.end(), [](const Network::Part& part) {
-        return part.perceptron.basis.defined();
-    });
+    const bool all_fixed = std::all_of(network.parts.begin(), network.parts.end(),
+                                       [](const Network::Part& part) { return part.perceptron.basis.defined(); });
     if (all_fixed && output_space.adds_to_neutral())
         return std::make_unique<CoefficientObjective>(Coefficients(set, augmentation, output_space, network),
                                                       output_space.width(), device);

@@ -91,7 +91,7 @@ struct TrainingOptions {
     double weight_decay = 0.01;  ///< of AdamW; on matrices only, not on biases and LayerNorm
     Schedule schedule = Schedule::constant;
     Precision precision = Precision::automatic;
-    double dropout = 0.0;      ///< after each hidden layer, in training only
+    double dropout = 0.0;  ///< after each hidden layer, in training only
     /// Of the average of the weights, exponential in steps, that is validated and becomes the model; 0: the weights
     /// themselves.
     double weight_average = 0.0;

@@ -52,8 +52,7 @@ void for_rows(const RowSource& source, std::vector<Block>& blocks, const F& f)
         if (blocks.size() == 1)
             f(blocks[0], first, blocks[0].select(rows));  // which may share its work among threads
         else
-            parallel_for(static_cast<int>(blocks.size()),
-                         [&](int i) { f(blocks[i], first, blocks[i].select(rows)); });
+            parallel_for(static_cast<int>(blocks.size()), [&](int i) { f(blocks[i], first, blocks[i].select(rows)); });
     }
 }
 

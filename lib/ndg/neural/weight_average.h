@@ -10,8 +10,8 @@
 
 namespace ndg {
 
-/// The exponential moving average of all parameters (Polyak and Juditsky 1992, as it is used today). At step t the decay
-/// is at most t / (t + 9), so that the first steps, far from where training ends, are soon forgotten.
+/// The exponential moving average of all parameters (Polyak and Juditsky 1992, as it is used today). At step t the
+/// decay is at most t / (t + 9), so that the first steps, far from where training ends, are soon forgotten.
 class WeightAverage {
 public:
     /// Of `network`, whose parameters it starts from and of which it keeps a reference. `decay` a step.
