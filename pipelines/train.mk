@@ -31,12 +31,12 @@ AVERAGED = --weight-average 0.998
 # In the space of coefficients epochs are cheap: more of them.
 TRAIN_fixed-basis = --parametrisation direct --output-basis 600 --epochs 60 $(AVERAGED)
 # Twenty regions, of a twentieth of the flesh each: small networks.
-TRAIN_regional = --regional --widths 256,256,64
-TRAIN_regional-fixed-basis = --regional --widths 256,256 --parametrisation direct --output-basis 64 --epochs 60 \
+TRAIN_regional = --region-reach 3 --widths 256,256,64
+TRAIN_regional-fixed-basis = --region-reach 3 --widths 256,256 --parametrisation direct --output-basis 64 --epochs 60 \
     $(AVERAGED)
 TRAIN_averaged = $(AVERAGED)
 TRAIN_regional-averaged = $(TRAIN_regional) $(AVERAGED)
-TRAIN_vertexnet-regional = --output-space vertex-offsets --output-basis 64 --output-basis-variance 0.995 --regional \
+TRAIN_vertexnet-regional = --output-space vertex-offsets --output-basis 64 --output-basis-variance 0.995 --region-reach 3 \
     --widths 256,256 --epochs 60 $(AVERAGED)
 
 # Without --force a killed training goes on from its checkpoint.

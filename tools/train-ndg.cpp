@@ -25,12 +25,12 @@ Image losses_picture(const TrainingCurve& curve, const std::string& method)
 {
     const std::vector<double> epochs(curve.epoch.begin(), curve.epoch.end());
     const auto best = static_cast<std::size_t>(curve.best_epoch - 1);
-    const ChartLabels labels = {fmt::format("{}: best epoch {} of {}, validation loss {:.3e}", method, curve.best_epoch,
-                                            epochs.size(), curve.validation_loss[best]),
-                                "epoch", "mean squared error"};
-    return line_chart({{"training", epochs, curve.train_loss, {31, 119, 180}},
-                       {"validation", epochs, curve.validation_loss, {214, 39, 40}}},
-                      labels);
+    return line_chart(
+        {{"training", epochs, curve.train_loss, {31, 119, 180}},
+         {"validation", epochs, curve.validation_loss, {214, 39, 40}}},
+        {method,
+         fmt::format("epoch; the best, {}, has validation loss {:.3e}", curve.best_epoch, curve.validation_loss[best]),
+         "mean squared error"});
 }
 
 }  // namespace

@@ -41,8 +41,8 @@ bool sees(const BodyRegion& region, const std::string& joint)
 
 TEST_CASE("a region is what one joint rules, and sees two steps up, down and aside")
 {
-    const std::vector<BodyRegion> regions =
-        find_body_regions(standard_skeleton(), whole_weights({"left_thigh", "pelvis", "left_thigh", "right_forearm"}));
+    const std::vector<BodyRegion> regions = find_body_regions(
+        standard_skeleton(), whole_weights({"left_thigh", "pelvis", "left_thigh", "right_forearm"}), 2);
     REQUIRE(regions.size() == 3);
     const BodyRegion &thigh = region_of(regions, "left_thigh"), &forearm = region_of(regions, "right_forearm");
     CHECK(thigh.elements == std::vector<int>{0, 2});
@@ -60,7 +60,7 @@ TEST_CASE("a region of few elements goes to the nearest one, above before below"
     std::vector<std::string> joints(1000, "neck_1");
     joints.insert(joints.end(), 1000, "left_thigh");
     joints.insert(joints.end(), {"head", "left_shin", "spine_5"});
-    const std::vector<BodyRegion> regions = find_body_regions(standard_skeleton(), whole_weights(joints));
+    const std::vector<BodyRegion> regions = find_body_regions(standard_skeleton(), whole_weights(joints), 1);
     REQUIRE(regions.size() == 2);
     const std::vector<int>& neck = region_of(regions, "neck_1").elements;
     CHECK(neck.size() == 1002);
@@ -80,7 +80,8 @@ TEST_CASE("columns hold every output once, and inputs of near joints and the sha
         NetworkOptions options = small_network();
         options.output_space = output_space;
         const NeuralModel model(options, s.shape_space, s.tube, 1);
-        const std::vector<NetworkColumns> columns = regional_columns(s.tube, model.input_space(), model.output_space());
+        const std::vector<NetworkColumns> columns =
+            regional_columns(s.tube, model.input_space(), model.output_space(), 1);
         CHECK(columns.size() >= 4);
         std::vector<int> outputs;
         for (const NetworkColumns& of_region : columns) {
@@ -95,7 +96,7 @@ TEST_CASE("columns hold every output once, and inputs of near joints and the sha
     }
     NetworkOptions whole_gradients = small_network();
     whole_gradients.rotation = false;
-    whole_gradients.regional = true;
+    whole_gradients.region_reach = 1;
     CHECK_THROWS_WITH(NeuralModel(whole_gradients, s.shape_space, s.tube, 1),
                       Catch::Contains("residuals and offsets only"));
 }

@@ -46,13 +46,13 @@ Synthetic asymmetric_samples(int count)
     return s;
 }
 
-NetworkOptions fixed_basis(const std::string& output_space, bool regional)
+NetworkOptions fixed_basis(const std::string& output_space, int region_reach)
 {
     NetworkOptions options = small_network();
     options.output_space = output_space;
     options.parametrisation = ParametrisationKind::direct;
     options.output_basis = 8;
-    options.regional = regional;
+    options.region_reach = region_reach;
     return options;
 }
 
@@ -62,9 +62,9 @@ TEST_CASE("coefficients of changed samples are those of their changed targets, a
 {
     const Synthetic s = asymmetric_samples(18);
     for (const char* output_space : {"residuals", "vertex-offsets"})
-        for (const bool regional : {false, true}) {
-            CAPTURE(output_space, regional);
-            const NetworkOptions options = fixed_basis(output_space, regional);
+        for (const int region_reach : {0, 2}) {
+            CAPTURE(output_space, region_reach);
+            const NetworkOptions options = fixed_basis(output_space, region_reach);
             NeuralModel model = s.model(options);
             const TrainingSet set = s.set("train", model);
             const OutputSpace& space = model.output_space();
@@ -136,13 +136,13 @@ TEST_CASE("coefficients of changed samples are those of their changed targets, a
 TEST_CASE("what is not linear, or has no fixed basis, is compared as predictions")
 {
     const Synthetic s = asymmetric_samples(6);
-    NetworkOptions options = fixed_basis("residuals", false);
+    NetworkOptions options = fixed_basis("residuals", 0);
     options.parametrisation = ParametrisationKind::exponential;
     NeuralModel exponential = s.model(options);
     const TrainingSet set = s.set("train", exponential);
     CHECK(make_objective(set, nullptr, exponential.output_space(), exponential.state().network, Device::cpu)
               ->last_layer() == LastLayer::outputs);
-    options = fixed_basis("residuals", false);
+    options = fixed_basis("residuals", 0);
     options.output_basis = 0;
     NeuralModel trained_layer = s.model(options);
     CHECK(make_objective(set, nullptr, trained_layer.output_space(), trained_layer.state().network, Device::cpu)

@@ -96,7 +96,7 @@ Synthetic two_arms(int num_training, int num_validation)
 NetworkOptions regional_network(int output_basis)
 {
     NetworkOptions options = small_network();
-    options.regional = true;
+    options.region_reach = 2;
     options.output_basis = output_basis;
     if (output_basis > 0) options.parametrisation = ParametrisationKind::direct;
     return options;
@@ -107,7 +107,7 @@ class OwnJoint : public OutputSpace {
 public:
     explicit OwnJoint(const Template& tube) : ruling_(tube.num_prisms())
     {
-        for (const BodyRegion& region : find_body_regions(tube.skeleton, tube.prism_weights()))
+        for (const BodyRegion& region : find_body_regions(tube.skeleton, tube.prism_weights(), 2))
             for (const int prism : region.elements) ruling_[prism] = region.joint;
     }
     int width() const override { return 9 * static_cast<int>(ruling_.size()); }
@@ -150,7 +150,7 @@ double change(const Synthetic& s, const NeuralModel& model, const std::string& j
     pose.parent_from_joint[s.tube.skeleton.joint(turned)] = rotation_about({1, 2, 3}, 1.0);
     const RowMatrixF difference = model.predict({{code, pose}}) - before;
     double largest = 0;
-    for (const BodyRegion& region : find_body_regions(s.tube.skeleton, s.tube.prism_weights()))
+    for (const BodyRegion& region : find_body_regions(s.tube.skeleton, s.tube.prism_weights(), 2))
         if (region.joint == s.tube.skeleton.joint(joint))
             for (const int prism : region.elements)
                 largest = std::max<double>(largest, difference.middleCols(9 * prism, 9).cwiseAbs().maxCoeff());
@@ -221,7 +221,7 @@ TEST_CASE("regional networks learn, each from the joints near it, and with few s
         const NeuralModel model = trained(s, regional_network(output_basis), 40, 0, space);
         CHECK(best_validation_share(model) < 0.05);
         NetworkOptions whole = regional_network(output_basis);
-        whole.regional = false;
+        whole.region_reach = 0;
         const NeuralModel global = trained(s, whole, 40, 0, space);
         CHECK(best_validation_share(model) < best_validation_share(global));
         // The right forearm is far from the left one's flesh, also for what it learned; the global network sees it.
@@ -243,7 +243,7 @@ TEST_CASE("a saved regional model predicts the same; of other regions it is refu
         const NeuralModel loaded = NeuralModel::load(path, s.tube);
         const std::vector<PoseInput> inputs = {s.input(model, 0, 0), s.input(model, 1, 5)};
         CHECK(model.predict(inputs) == loaded.predict(inputs));
-        CHECK(loaded.options().regional);
+        CHECK(loaded.options().region_reach == 2);
         CHECK(loaded.num_parameters() == model.num_parameters());
         CHECK(method_name(loaded.options()).rfind("NDG regional", 0) == 0);
         Synthetic other = s;

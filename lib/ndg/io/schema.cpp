@@ -174,7 +174,7 @@ const std::vector<Schema>& schemas()
           {"@parametrisation", "", "text"},
           {"@rotation", "", "text"},
           {"@shape", "", "text"},
-          {"@regional", "", "text", optional},
+          {"@region_reach", "", "text", optional},
           {"@output_basis", "", "float64"},
           {"@template_sha256", "", "text"},
           {"@explained_variance", "", "float64"},

@@ -51,7 +51,7 @@ std::vector<int> merge_small_regions(const Skeleton& skeleton, const std::vector
 
 }  // namespace
 
-std::vector<BodyRegion> find_body_regions(const Skeleton& skeleton, const SkinningWeights& element_weights)
+std::vector<BodyRegion> find_body_regions(const Skeleton& skeleton, const SkinningWeights& element_weights, int reach)
 {
     const int num_joints = skeleton.num_joints();
     const std::vector<int> ruling = ruling_joints(element_weights);
@@ -68,14 +68,14 @@ std::vector<BodyRegion> find_body_regions(const Skeleton& skeleton, const Skinni
         if (region.elements.empty()) continue;
         const std::vector<int> distances = tree_distances(skeleton, joint);
         for (int j = 0; j < num_joints; ++j)
-            if (distances[j] <= region_reach) region.seen_joints.push_back(j);
+            if (distances[j] <= reach) region.seen_joints.push_back(j);
         regions.push_back(std::move(region));
     }
     return regions;
 }
 
 std::vector<NetworkColumns> regional_columns(const Template& body_template, const InputSpace& input_space,
-                                             const OutputSpace& output_space)
+                                             const OutputSpace& output_space, int reach)
 {
     const OutputKind kind = output_space.kind();
     require_input(kind != OutputKind::other, "regional networks are known for residuals and offsets only");
@@ -88,7 +88,7 @@ std::vector<NetworkColumns> regional_columns(const Template& body_template, cons
     }
     const int size = prisms ? 9 : 3, num_joints = body_template.skeleton.num_joints();
     std::vector<NetworkColumns> columns;
-    for (const BodyRegion& region : find_body_regions(body_template.skeleton, weights)) {
+    for (const BodyRegion& region : find_body_regions(body_template.skeleton, weights, reach)) {
         NetworkColumns& of_region = columns.emplace_back();
         for (const int joint : region.seen_joints)
             for (int k = 0; k < 9 && input_space.visible_joints()[joint] != 0; ++k)

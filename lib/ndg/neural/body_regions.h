@@ -13,17 +13,15 @@ namespace ndg {
 /// The flesh that one joint rules: elements (prisms or vertices) whose largest skinning weight is the joint's.
 struct BodyRegion {
     int joint = 0;
-    std::vector<int> seen_joints;  ///< ascending: at most region_reach steps from `joint` in the kinematic tree
+    std::vector<int> seen_joints;  ///< ascending: at most `reach` steps from `joint` in the kinematic tree
     std::vector<int> elements;     ///< ascending
 };
 
-/// Steps from joint to joint after which a region sees no more: its own and the next two up, down and aside.
-constexpr int region_reach = 2;
 /// A region smaller than this share of all elements goes to the region that is nearest above it, or else below.
 constexpr double smallest_region = 0.005;
 
 /// Regions of elements with these skinning weights, by ascending joint: they hold every element once.
-std::vector<BodyRegion> find_body_regions(const Skeleton& skeleton, const SkinningWeights& element_weights);
+std::vector<BodyRegion> find_body_regions(const Skeleton& skeleton, const SkinningWeights& element_weights, int reach);
 
 /// What a network sees and gives: ascending columns of the model's inputs and raw outputs.
 struct NetworkColumns {
@@ -34,6 +32,6 @@ struct NetworkColumns {
 /// move nothing, and the whole shape code; the outputs of its elements. Throws InputError where outputs are of no kind
 /// that belongs to elements near joints.
 std::vector<NetworkColumns> regional_columns(const Template& body_template, const InputSpace& input_space,
-                                             const OutputSpace& output_space);
+                                             const OutputSpace& output_space, int reach);
 
 }  // namespace ndg

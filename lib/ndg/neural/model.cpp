@@ -36,10 +36,12 @@ NeuralModel::NeuralModel(const NetworkOptions& options, const ShapeSpace& shape_
                                            {},
                                            {},
                                            {}});
-    if (options.regional) state_->columns = regional_columns(body_template, state_->input_space, *state_->output_space);
+    if (options.region_reach > 0)
+        state_->columns =
+            regional_columns(body_template, state_->input_space, *state_->output_space, options.region_reach);
     // Until training fits the bases, all of their (zero) coefficients mean the neutral prediction.
     std::vector<RowMatrixF> bases;
-    if (options.output_basis > 0 && !options.regional)
+    if (options.output_basis > 0 && state_->columns.empty())
         bases.push_back(RowMatrixF::Zero(options.output_basis, state_->output_space->width()));
     else if (options.output_basis > 0)
         for (const NetworkColumns& columns : state_->columns)

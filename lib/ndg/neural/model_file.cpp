@@ -21,15 +21,17 @@ std::string join(const std::vector<int>& values)
     return text;
 }
 
-std::vector<int> parse_widths(const std::string& text, const std::string& path)
+std::vector<int> read_integers(const H5Reader& file, const std::string& name)
 {
+    const std::string text = file.attribute(name);
     std::vector<int> values;
     std::istringstream stream(text);
     for (std::string item; std::getline(stream, item, ',');) {
         try {
             values.push_back(std::stoi(item));
         } catch (const std::exception&) {
-            throw InputError(fmt::format("{}: attribute widths is \"{}\", not a list of integers", path, text));
+            throw InputError(
+                fmt::format("{}: attribute {} is \"{}\", not a list of integers", file.path(), name, text));
         }
     }
     return values;
@@ -104,13 +106,17 @@ NetworkOptions read_options(const H5Reader& file)
     // Files from before there was a choice do not say it: they predict residuals.
     for (const auto& [name, value] : list_h5(file.path()).attributes)
         if (name == "output_space") options.output_space = value;
-    options.widths = parse_widths(file.attribute("widths"), file.path());
+    options.widths = read_integers(file, "widths");
     options.parametrisation =
         parse_name<ParametrisationKind>(file.attribute("parametrisation"), file.path() + ": parametrisation");
     options.rotation = read_flag(file, "rotation");
     options.shape = read_flag(file, "shape");
     // Files from before there was a choice are of one network.
-    options.regional = file.has_attribute("regional") && read_flag(file, "regional");
+    if (file.has_attribute("region_reach")) {
+        const std::vector<int> reach = read_integers(file, "region_reach");
+        require_input(reach.size() == 1, "{}: attribute region_reach has {} numbers", file.path(), reach.size());
+        options.region_reach = reach[0];
+    }
     options.output_basis = read_count(file, "output_basis");
     if (file.has_attribute("bone_wrap"))
         options.posing.bone_wrap = parse_name<BoneWrap>(file.attribute("bone_wrap"), file.path() + ": bone_wrap");
@@ -189,7 +195,7 @@ void NeuralModel::save(const std::string& path, const Provenance& provenance) co
     file.attribute("parametrisation", to_name(state.options.parametrisation));
     file.attribute("rotation", std::string(state.options.rotation ? "true" : "false"));
     file.attribute("shape", std::string(state.options.shape ? "true" : "false"));
-    if (state.options.regional) file.attribute("regional", std::string("true"));
+    if (state.options.region_reach > 0) file.attribute("region_reach", std::to_string(state.options.region_reach));
     std::int64_t most_coefficients = 0;
     for (const torch::Tensor& basis : state.network.bases())
         most_coefficients = std::max(most_coefficients, basis.size(0));

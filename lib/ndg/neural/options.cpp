@@ -42,7 +42,9 @@ void describe(OptionList& list, NetworkOptions& options)
     list.add("parametrisation", options.parametrisation, "from nine numbers to a residual gradient");
     list.add("rotation", options.rotation, "predict the residual R^T F; without (ablation): F itself");
     list.add("shape", options.shape, "let the network see the body's shape; without: ablation");
-    list.add("regional", options.regional, "a network for each region of the body, which sees only joints near it");
+    list.add("region-reach", options.region_reach,
+             "0: one network; n: one for each region of the body, which sees joints at most n steps away only", 0,
+             num_standard_joints);
     list.add("output-basis", options.output_basis,
              "0: trained last layer; k: fixed basis of at most k principal components of the training outputs", 0,
              1 << 16);
@@ -56,14 +58,14 @@ std::string method_name(const NetworkOptions& options)
     const bool vertices = options.output_space == "vertex-offsets";
     std::vector<std::string> changes;
     if (!vertices) {
-        if (options.regional) changes.emplace_back("regional");
+        if (options.region_reach > 0) changes.emplace_back("regional");
         if (options.output_basis > 0) changes.emplace_back("fixed basis");
         if (options.parametrisation == ParametrisationKind::direct) changes.emplace_back("no matrix exp");
         if (options.parametrisation == ParametrisationKind::lu) changes.emplace_back("LU");
         if (options.parametrisation == ParametrisationKind::qr) changes.emplace_back("QR");
         if (!options.rotation) changes.emplace_back("no rotation");
     } else {
-        if (options.regional) changes.emplace_back("regional");
+        if (options.region_reach > 0) changes.emplace_back("regional");
         if (options.output_basis == 0) changes.emplace_back("no PCA");
     }
     if (!options.shape) changes.emplace_back("no body shape");

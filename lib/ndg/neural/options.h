@@ -39,9 +39,9 @@ struct NetworkOptions {
     bool rotation = true;
     /// False: the network does not see the body ("no body shape").
     bool shape = true;
-    /// A network for each region of the body, which sees the joints near it only (body_regions.h); each has `widths`
-    /// and `output_basis` of its own.
-    bool regional = false;
+    /// 0: one network. n > 0: one for each region of the body (body_regions.h), which sees the joints at most n steps
+    /// away in the kinematic tree; each has `widths` and `output_basis` of its own.
+    int region_reach = 0;
     /// 0: the last layer is trained, as NDG's in the paper. k > 0: the last layer gives at most k coefficients of a
     /// fixed basis, principal components of the raw outputs that training asks for (output_basis.h): the PCA decoder of
     /// VertexNet; for residuals only with the parametrisations exponential and direct.
