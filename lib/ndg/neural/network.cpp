@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ndg/neural/network.h"
 
+#include "ndg/core/parallel_for.h"
+
 namespace ndg {
 namespace {
 
@@ -114,27 +116,39 @@ void NetworkPass::refresh_copies()
     for (TrainingPass& pass : passes_) pass.refresh_copies();
 }
 
+template <typename F>
+void NetworkPass::for_parts(bool in_any_order, const F& f) const
+{
+    const auto count = static_cast<int>(passes_.size());
+    if (count > 1 && in_any_order && network_.parts[0].inputs.is_cpu()) {
+        parallel_for(count, f);
+        return;
+    }
+    for (int i = 0; i < count; ++i) f(i);
+}
+
 Tensor NetworkPass::forward(const Tensor& inputs, double dropout)
 {
-    std::vector<Tensor> given;
-    for (std::size_t i = 0; i < passes_.size(); ++i)
-        given.push_back(passes_[i].forward(select(inputs, network_.parts[i].inputs), dropout).detach());
+    std::vector<Tensor> given(passes_.size());
+    const auto forward_part = [&](int i) {
+        given[i] = passes_[i].forward(select(inputs, network_.parts[i].inputs), dropout).detach();
+    };
+    for_parts(dropout == 0, forward_part);  // dropout draws from one generator, in the order of the parts
     return join(network_, given, last_).requires_grad_();
 }
 
 void NetworkPass::backward(const Tensor& output_gradient, GradientSink& sink)
 {
-    const torch::NoGradGuard no_grad;
+    std::vector<Tensor> gradients;
     std::int64_t first = 0;
-    for (std::size_t i = 0; i < passes_.size(); ++i) {
-        const Network::Part& part = network_.parts[i];
+    for (const Network::Part& part : network_.parts) {
         const std::int64_t count = part.perceptron.num_coefficients();
-        const Tensor gradient = last_ == LastLayer::coefficients && part.outputs.defined()
-                                    ? output_gradient.narrow(1, first, count)
-                                    : select(output_gradient, part.outputs);
+        gradients.push_back(last_ == LastLayer::coefficients && part.outputs.defined()
+                                ? output_gradient.narrow(1, first, count)
+                                : select(output_gradient, part.outputs));
         first += count;
-        passes_[i].backward(gradient, sink);
     }
+    for_parts(true, [&](int i) { passes_[i].backward(gradients[i], sink); });
 }
 
 }  // namespace ndg

@@ -53,6 +53,10 @@ public:
     void backward(const torch::Tensor& output_gradient, GradientSink& sink);
 
 private:
+    /// Calls f(part) for all parts; of several, each on one thread, where a part alone would share its own small work.
+    template <typename F>
+    void for_parts(bool in_any_order, const F& f) const;
+
     Network& network_;
     LastLayer last_;
     std::vector<TrainingPass> passes_;
