@@ -53,7 +53,7 @@ int main(int argc, char** argv)
     return tool.run(argc, argv, [&] {
         torch::set_num_threads(num_threads());
         const Precision resolved = resolve_precision(precision, Device::cpu);
-        TorchNetwork network = make_network(widths, num_inputs, 9 * num_prisms, {}, tool.seed());
+        TorchNetwork network = make_perceptron(widths, num_inputs, 9 * num_prisms, {}, tool.seed());
         TrainingPass pass(network, resolved);
         AdamW optimizer(network.parameters(), pass.copies(), 0.01);
         const torch::Tensor inputs = random_tensor(batch_size, num_inputs, 0.3);

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # Predictions on the test split, Table 1, pictures and a GLB.
 
-.PHONY: tables ablations
+.PHONY: tables ablations beyond-paper
 tables: build ## Table 1 and pictures, out/<preset>/report/{index.html,results.md,tables.json}
 	@$(MAKE) --no-print-directory $(OUT)/report/tables.json
 	@cat $(OUT)/report/results.md
@@ -10,13 +10,16 @@ tables: build ## Table 1 and pictures, out/<preset>/report/{index.html,results.m
 ablations: build ## the same with the rows of Table 4: NDG without matrix exponential, body shape, rotation
 	@$(MAKE) --no-print-directory tables VARIANTS="no-exponential no-shape not-augmented no-rotation"
 
+beyond-paper: build ## the same with rows that are not in the paper: fixed bases, regional networks, averages of weights
+	@$(MAKE) --no-print-directory tables VARIANTS="$(BEYOND_PAPER)"
+
 TEST_PAIRS = --splits $(OUT)/splits.h5 --split test
 REPORT = $(OUT)/report
 
 # The table of methods is the tool's. FEM is what the others are compared with, and stored gradients are no method of
 # their own. Before the first build the list is empty; targets that need it are made by a second make.
 METHODS := $(filter-out fem gradients,$(shell $(BIN)/animate --list-methods 2> /dev/null))
-# Rows of Table 1 beside those: variants of NDG (pipelines/train.mk).
+# Rows of Table 1 beside those: variants (pipelines/train.mk).
 VARIANTS ?=
 PREDICTIONS = $(METHODS:%=$(OUT)/%.h5) $(VARIANTS:%=$(OUT)/variant-%.h5)
 
@@ -32,12 +35,15 @@ $(foreach method,$(METHODS),$(eval $(call PREDICTION,$(method))))
 
 # Rows are named by what the model is; of those that only training tells apart, here.
 ROW_not-augmented = --name "NDG not augmented"
+ROW_averaged = --name "NDG, averaged weights"
+ROW_regional-averaged = --name "NDG regional, averaged weights"
+METHOD_OF_vertexnet-regional = vertexnet
 define VARIANT
 $(OUT)/variant-$(1).h5: $(BODY_DEPS) $(OUT)/splits.h5 $(OUT)/$(1)-model.h5
-	$(STAGE) variant-$(1) $(BIN)/animate $(RUN) --method ndg --model $(OUT)/$(1)-model.h5 $(ROW_$(1)) $(BODY_FILES) \
-	    $(TEST_PAIRS) --output $$@
+	$(STAGE) variant-$(1) $(BIN)/animate $(RUN) --method $(or $(METHOD_OF_$(1)),ndg) --model $(OUT)/$(1)-model.h5 \
+	    $(ROW_$(1)) $(BODY_FILES) $(TEST_PAIRS) --output $$@
 endef
-$(foreach variant,$(VARIANTS_OF_NDG),$(eval $(call VARIANT,$(variant))))
+$(foreach variant,$(KNOWN_VARIANTS),$(eval $(call VARIANT,$(variant))))
 
 $(REPORT)/layers.png: $(OUT)/template.h5 $(OUT)/bodies.h5
 	$(STAGE) picture-layers $(BIN)/export-scene $(RUN) --template $(OUT)/template.h5 --bodies $(OUT)/bodies.h5 \

@@ -16,24 +16,35 @@ TRAIN_vertexnet = --output-space vertex-offsets --output-basis 680 --output-basi
 VERTEXNET_EPOCHS_demo = 48
 VERTEXNET_EPOCHS_paper = 212
 
-# Variants of NDG: ablations (NDG Table 4), other parametrisations (NDG 4.4), a fixed basis (no paper), training without
-# the samples that augmentation adds.
-VARIANTS_OF_NDG = no-exponential no-rotation no-shape lu qr fixed-basis not-augmented
+# Variants: ablations (NDG Table 4), other parametrisations (NDG 4.4), training without the samples that augmentation
+# adds, and what is beyond the paper: fixed bases, a network for each region, averages of weights.
+KNOWN_VARIANTS = no-exponential no-rotation no-shape lu qr not-augmented $(BEYOND_PAPER)
+BEYOND_PAPER = fixed-basis regional regional-fixed-basis averaged regional-averaged vertexnet-regional
 TRAIN_no-exponential = --parametrisation direct
 # Gradients without R_p cannot be spliced: to be compared with not-augmented.
 TRAIN_no-rotation = --no-rotation --no-mirror --splice 0
 TRAIN_no-shape = --no-shape
 TRAIN_lu = --parametrisation lu
 TRAIN_qr = --parametrisation qr
-TRAIN_fixed-basis = --parametrisation direct --output-basis 600
 TRAIN_not-augmented = --no-mirror --splice 0
+AVERAGED = --weight-average 0.998
+# In the space of coefficients epochs are cheap: more of them.
+TRAIN_fixed-basis = --parametrisation direct --output-basis 600 --epochs 60 $(AVERAGED)
+# Twenty regions, of a twentieth of the flesh each: small networks.
+TRAIN_regional = --region-reach 3 --widths 256,256,64
+TRAIN_regional-fixed-basis = --region-reach 3 --widths 256,256 --parametrisation direct --output-basis 64 --epochs 60 \
+    $(AVERAGED)
+TRAIN_averaged = $(AVERAGED)
+TRAIN_regional-averaged = $(TRAIN_regional) $(AVERAGED)
+TRAIN_vertexnet-regional = --output-space vertex-offsets --output-basis 64 --output-basis-variance 0.995 --region-reach 3 \
+    --widths 256,256 --epochs 60 $(AVERAGED)
 
 # Without --force a killed training goes on from its checkpoint.
 define NETWORK
 $(OUT)/$(2)model.h5: $(BODY_DEPS) $(OUT)/fem.h5 $(OUT)/shape_space.h5 $(call OPTIONS_OF,train-ndg)
-	@rm -f $$@
+	@rm -f $$@ $$(@:.h5=.png)
 	$(STAGE) train-$(1) $(BIN)/train-ndg --config $(CONFIG) $(BODY_FILES) --samples $(OUT)/fem.h5 \
-	    --shape-space $(OUT)/shape_space.h5 $(TRAIN_$(1)) --output $$@
+	    --shape-space $(OUT)/shape_space.h5 $(TRAIN_$(1)) --output $$@ --picture $$(@:.h5=.png)
 endef
 $(eval $(call NETWORK,ndg,))
-$(foreach name,vertexnet $(VARIANTS_OF_NDG),$(eval $(call NETWORK,$(name),$(name)-)))
+$(foreach name,vertexnet $(KNOWN_VARIANTS),$(eval $(call NETWORK,$(name),$(name)-)))

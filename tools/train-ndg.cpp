@@ -9,6 +9,7 @@
 #include "ndg/dataset/deformation_file.h"
 #include "ndg/dataset/sample_inputs.h"
 #include "ndg/neural/train.h"
+#include "ndg/scene/line_chart.h"
 
 #include <fmt/format.h>
 
@@ -17,10 +18,27 @@
 
 using namespace ndg;
 
+namespace {
+
+/// Losses over the epochs.
+Image losses_picture(const TrainingCurve& curve, const std::string& method)
+{
+    const std::vector<double> epochs(curve.epoch.begin(), curve.epoch.end());
+    const auto best = static_cast<std::size_t>(curve.best_epoch - 1);
+    return line_chart(
+        {{"training", epochs, curve.train_loss, {31, 119, 180}},
+         {"validation", epochs, curve.validation_loss, {214, 39, 40}}},
+        {method,
+         fmt::format("epoch; the best, {}, has validation loss {:.3e}", curve.best_epoch, curve.validation_loss[best]),
+         "mean squared error"});
+}
+
+}  // namespace
+
 int main(int argc, char** argv)
 {
     SampleInputs inputs;
-    std::string shape_path, output_path;
+    std::string shape_path, output_path, picture_path;
     std::vector<std::string> samples_paths;
     NetworkOptions network;
     TrainingOptions training;
@@ -36,6 +54,7 @@ int main(int argc, char** argv)
     tool.input("samples", samples_paths, "simulated samples, one file or several shards");
     // The checkpoint beside the output is what is resumed; a finished model is never overwritten without --force.
     tool.output("output", output_path, "model to write");
+    tool.output("picture", picture_path, "PNG picture of the losses", false);
     tool.options(network);
     tool.options(training);
     tool.parameter("cache-gigabytes", cache_gigabytes, "memory for keeping targets and what they are made with", 0.0,
@@ -89,6 +108,7 @@ int main(int argc, char** argv)
         };
         const TrainingResult result = train(model, training_set, validation_set, training, callbacks);
         progress.reset();
+        if (!picture_path.empty()) write_png(picture_path, losses_picture(model.curve(), method_name(model.options())));
         model.save(output_path, tool.provenance());
         remove_checkpoint(training.checkpoint_path);
 

@@ -31,7 +31,7 @@ Checkpoint some_checkpoint()
     checkpoint.curve.train_loss = checkpoint.curve.validation_loss = {3, 2, 1};
     torch::manual_seed(1);
     for (auto list : {&Checkpoint::parameters, &Checkpoint::first_moments, &Checkpoint::second_moments,
-                      &Checkpoint::best_parameters})
+                      &Checkpoint::averages, &Checkpoint::best_parameters, &Checkpoint::bases})
         checkpoint.*list = {torch::randn({300, 200}), torch::randn({200})};
     return checkpoint;
 }

@@ -82,3 +82,20 @@ TEST_CASE("the same seed gives the same axes")
     CHECK(first == principal_axes(source_of(rows), 10, 1.0, 1).axes);
     CHECK((first - principal_axes(source_of(rows), 10, 1.0, 2).axes).norm() > 0);
 }
+
+TEST_CASE("axes of blocks are those of their columns alone")
+{
+    const RowMatrixF rows = rows_of_rank(90, 400, 60, 0.5);
+    std::vector<std::vector<int>> blocks(2);
+    for (int k = 0; k < 400; ++k) blocks[k % 3 == 0 ? 0 : 1].push_back(k);
+    const std::vector<PrincipalAxes> found = principal_axes(source_of(rows), blocks, 10, 1.0, 5);
+    REQUIRE(found.size() == 2);
+    for (int b = 0; b < 2; ++b) {
+        RowMatrixF own(rows.rows(), static_cast<Eigen::Index>(blocks[b].size()));
+        for (Eigen::Index k = 0; k < own.cols(); ++k) own.col(k) = rows.col(blocks[b][k]);
+        const PrincipalAxes alone = principal_axes(source_of(own), 10, 1.0, 5);
+        CHECK((found[b].axes - alone.axes).norm() < 1e-4);
+        CHECK((found[b].root_means - alone.root_means).norm() < 1e-4 * alone.root_means.norm());
+        CHECK(found[b].explained == Approx(alone.explained));
+    }
+}

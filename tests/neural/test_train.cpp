@@ -172,11 +172,14 @@ TEST_CASE("a stopped run resumes where it was and ends with the same weights, bi
     for (const std::string& schedule : names<Schedule>()) {
         CAPTURE(schedule);
         NetworkOptions network = small_network();
-        network.output_basis = schedule == "plateau" ? 6 : 0;
+        network.output_basis = schedule == "constant" ? 0 : 6;
+        network.region_reach = schedule == "cosine" ? 1 : 0;
+        if (network.region_reach > 0) network.parametrisation = ParametrisationKind::direct;
         TrainingOptions options = quick_training(6);
         options.schedule = parse_name<Schedule>(schedule);
         options.dropout = 0.1;
         options.input_noise = 0.05;
+        options.weight_average = schedule == "plateau" ? 0.0 : 0.9;
         const NeuralModel whole = trained(s, network, options);
 
         options.checkpoint_path = checkpoint_path_for(folder.file(schedule));

@@ -39,7 +39,7 @@ TorchNetwork some_network(bool with_basis)
         const Tensor values = random_tensor(12, 630, 0.1, 1);
         basis = Eigen::Map<const RowMatrixF>(values.data_ptr<float>(), 12, 630);
     }
-    TorchNetwork network = make_network({40, 24}, 19, 630, basis, 3);
+    TorchNetwork network = make_perceptron({40, 24}, 19, 630, basis, 3);
     const torch::NoGradGuard no_grad;
     Tensor& last = network.layers.back().weight;
     last.copy_(random_tensor(last.size(0), last.size(1), 0.1, 2));

@@ -150,7 +150,7 @@ TEST_CASE("the output basis spans the outputs that the training samples ask for"
     options.output_basis = 100;
     const NeuralModel model = s.model(options);
     const TrainingSet set = s.set("train", model);
-    const RowMatrixF basis = fit_output_basis(set, nullptr, model.output_space(), options, 1);
+    const RowMatrixF basis = fit_output_bases(set, nullptr, model.output_space(), {}, options, 1).front();
     REQUIRE(basis.rows() <= 12);
     const Eigen::MatrixXd gram = (basis * basis.transpose()).cast<double>();
     CHECK((gram - Eigen::MatrixXd(gram.diagonal().asDiagonal())).norm() < 1e-3 * gram.norm());
@@ -162,7 +162,7 @@ TEST_CASE("the output basis spans the outputs that the training samples ask for"
         (wanted * basis.transpose().cast<double>()).cwiseQuotient(gram.diagonal().transpose());
     CHECK((coefficients * basis.cast<double>() - wanted).norm() < 1e-3 * wanted.norm());
     options.output_basis = 3;
-    CHECK(fit_output_basis(set, nullptr, model.output_space(), options, 1).rows() == 3);
+    CHECK(fit_output_bases(set, nullptr, model.output_space(), {}, options, 1).front().rows() == 3);
 }
 
 TEST_CASE("a training set can be the first samples of its split")

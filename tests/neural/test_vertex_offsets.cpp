@@ -73,7 +73,7 @@ TEST_CASE("a full basis reproduces every training sample")
     const BodyPoser poser(s.tube);
     const NeuralModel model = s.model(vertexnet());
     const TrainingSet set = s.set("train", model);
-    const RowMatrixF basis = fit_output_basis(set, nullptr, model.output_space(), vertexnet(680), 1);
+    const RowMatrixF basis = fit_output_bases(set, nullptr, model.output_space(), {}, vertexnet(680), 1).front();
     REQUIRE(basis.rows() <= 20);
     const Eigen::MatrixXd axes = basis.cast<double>();
     const Eigen::MatrixXd gram = axes * axes.transpose();
@@ -94,7 +94,7 @@ TEST_CASE("a full basis reproduces every training sample")
     // Fewer where the rest is not asked for.
     NetworkOptions few = vertexnet(680);
     few.output_basis_variance = 0.5;
-    const Eigen::Index count = fit_output_basis(set, nullptr, model.output_space(), few, 1).rows();
+    const Eigen::Index count = fit_output_bases(set, nullptr, model.output_space(), {}, few, 1).front().rows();
     CHECK(count >= 1);
     CHECK(count < basis.rows());
 }

@@ -71,6 +71,8 @@ try:
         check((one["deformations/vertices"][:] == two["deformations/vertices"][:]).all(),
               "infer-ndg and reconstruct give the vertices that animate gives")
 
+    check(os.path.getsize(f"{out}/model.png") > 1000, "the picture of the losses is there")
+
     # One body in one pose, without splits, is the sample that the dataset has.
     with h5py.File(f"{out}/fem.h5") as samples:
         body, pose = samples["deformations/pairs"][0]

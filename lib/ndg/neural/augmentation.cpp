@@ -6,7 +6,6 @@
 #include "ndg/core/random.h"
 
 #include <algorithm>
-#include <array>
 #include <cstdint>
 #include <string>
 
@@ -144,30 +143,51 @@ Eigen::RowVectorXf Augmentation::features(int sample_idx, const SampleChange& ch
     return input_space_->features({mirror_codes_.at(body_idx), mirror_->mirrored(pose)});
 }
 
-void Augmentation::splice(const SampleChange& change, float* target) const
+float Augmentation::share(Eigen::Index element, int region) const
 {
     const RowMatrixF& shares = kind_ == OutputKind::prism_matrices ? regions_.prism_shares : regions_.vertex_shares;
-    const int size = kind_ == OutputKind::prism_matrices ? 9 : 3, num_elements = set_->width() / size;
-    const Eigen::Index first = shares.rows() - num_elements;  // free vertices come last
+    const Eigen::Index first = shares.rows() - set_->width() / element_size();  // free vertices come last
+    return shares(first + element, region);
+}
+
+const float* Augmentation::mirror_signs() const
+{
+    // diag(-1, 1, 1) M diag(-1, 1, 1), and diag(-1, 1, 1) v.
+    static constexpr float of_matrix[] = {1, -1, -1, -1, 1, 1, -1, 1, 1}, of_vector[] = {-1, 1, 1};
+    return kind_ == OutputKind::prism_matrices ? of_matrix : of_vector;
+}
+
+void Augmentation::splice(const SampleChange& change, float* target) const
+{
+    const int size = element_size(), num_elements = set_->width() / size;
     std::vector<float> other(set_->width());
     set_->target(change.other_idx, other.data());
     for (int e = 0; e < num_elements; ++e) {
-        float share = 0;
+        float from_other = 0;
         for (int region = 0; region < SpliceRegions::count; ++region)
-            if (change.from_other >> region & 1U) share += shares(first + e, region);
-        for (int k = size * e; k < size * (e + 1); ++k) target[k] += share * (other[k] - target[k]);
+            if (change.from_other >> region & 1U) from_other += share(e, region);
+        for (int k = size * e; k < size * (e + 1); ++k) target[k] += from_other * (other[k] - target[k]);
     }
 }
 
 void Augmentation::mirror_in_place(float* target) const
 {
-    // diag(-1, 1, 1) M diag(-1, 1, 1), and diag(-1, 1, 1) v.
-    constexpr std::array<float, 9> of_matrix = {1, -1, -1, -1, 1, 1, -1, 1, 1}, of_vector = {-1, 1, 1};
-    const std::array<float, 9>& signs = kind_ == OutputKind::prism_matrices ? of_matrix : of_vector;
-    const int size = kind_ == OutputKind::prism_matrices ? 9 : 3;
+    const float* signs = mirror_signs();
+    const int size = element_size();
     const std::vector<float> seen(target, target + set_->width());
     for (std::size_t e = 0; e < opposite_.size(); ++e)
         for (int k = 0; k < size; ++k) target[size * opposite_[e] + k] = signs[k] * seen[size * e + k];
+}
+
+void Augmentation::transpose(int region, bool mirrored, const float* row, float* result) const
+{
+    const float* signs = mirror_signs();
+    const int size = element_size(), num_elements = set_->width() / size;
+    for (int e = 0; e < num_elements; ++e) {
+        const float of_region = options_.splice > 0 ? share(e, region) : 1.0F;
+        for (int k = 0; k < size; ++k)
+            result[size * e + k] = of_region * (mirrored ? signs[k] * row[size * opposite_[e] + k] : row[size * e + k]);
+    }
 }
 
 void Augmentation::target(int sample_idx, const SampleChange& change, float* target) const

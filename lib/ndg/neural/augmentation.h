@@ -47,7 +47,18 @@ public:
     /// What it is to predict, OutputSpace::width() numbers. May be called by any thread.
     void target(int sample_idx, const SampleChange& change, float* target) const;
 
+    /// Beyond the neutral prediction changed targets are linear: the sum, over the regions that may come from another
+    /// sample, of a matrix times the target of the region's sample. This is the matrix's transpose times a row of
+    /// OutputSpace::width() numbers. Without splices there is one region, the whole.
+    void transpose(int region, bool mirrored, const float* row, float* result) const;
+    int num_regions() const { return options_.splice > 0 ? SpliceRegions::count : 1; }
+    bool mirrors() const { return options_.mirror; }
+
 private:
+    /// Numbers an element (prism or vertex) has, and shares of the elements in the splice regions.
+    int element_size() const { return kind_ == OutputKind::prism_matrices ? 9 : 3; }
+    float share(Eigen::Index element, int region) const;
+    const float* mirror_signs() const;
     void splice(const SampleChange& change, float* target) const;
     void mirror_in_place(float* target) const;
 

@@ -49,8 +49,9 @@ Json description(const Checkpoint& c)
             {"initial_validation", c.curve.initial_validation_loss},
             {"best_epoch", c.curve.best_epoch},
             {"num_parameters", c.parameters.size()},
-            {"has_best", !c.best_parameters.empty()},
-            {"has_basis", c.basis.defined()}};
+            {"num_averages", c.averages.size()},
+            {"num_best", c.best_parameters.size()},
+            {"num_bases", c.bases.size()}};
 }
 
 std::string tensor_name(const char* list, std::size_t index)
@@ -79,8 +80,9 @@ void write_checkpoint(const std::string& path, const Checkpoint& checkpoint)
         add("parameter", checkpoint.parameters);
         add("first_moment", checkpoint.first_moments);
         add("second_moment", checkpoint.second_moments);
+        add("average", checkpoint.averages);
         add("best_parameter", checkpoint.best_parameters);
-        if (checkpoint.basis.defined()) archive.write("basis", checkpoint.basis);
+        add("basis", checkpoint.bases);
         archive.save_to(temporary);
     } catch (const c10::Error& error) {
         throw Error(fmt::format("{}: the checkpoint was not written: {}", temporary, error.what_without_backtrace()));
@@ -118,8 +120,9 @@ Checkpoint read_checkpoint(const std::string& path)
         c.parameters = read_tensors(archive, "parameter", count);
         c.first_moments = read_tensors(archive, "first_moment", count);
         c.second_moments = read_tensors(archive, "second_moment", count);
-        if (json.at("has_best").get<bool>()) c.best_parameters = read_tensors(archive, "best_parameter", count);
-        if (json.at("has_basis").get<bool>()) archive.read("basis", c.basis);
+        c.averages = read_tensors(archive, "average", json.at("num_averages").get<std::size_t>());
+        c.best_parameters = read_tensors(archive, "best_parameter", json.at("num_best").get<std::size_t>());
+        c.bases = read_tensors(archive, "basis", json.at("num_bases").get<std::size_t>());
         return c;
     } catch (const std::exception&) {
         throw InputError(fmt::format("{}: not a readable training checkpoint; remove it to start afresh", path));
@@ -149,7 +152,8 @@ void CheckpointWriter::start(const Checkpoint& checkpoint)
     const Clock::time_point start = Clock::now();
     const torch::NoGradGuard no_grad;
     Checkpoint copy = checkpoint;
-    for (auto list : {&Checkpoint::parameters, &Checkpoint::first_moments, &Checkpoint::second_moments}) {
+    for (auto list :
+         {&Checkpoint::parameters, &Checkpoint::first_moments, &Checkpoint::second_moments, &Checkpoint::averages}) {
         copy_tensors(checkpoint.*list, copy_.*list);
         copy.*list = copy_.*list;
     }

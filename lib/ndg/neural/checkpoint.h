@@ -23,9 +23,10 @@ struct Checkpoint {
     std::int64_t num_steps = 0;
     TrainingCurve curve;
     double best_validation_loss = 0;
-    /// Parameters, AdamW's moments, best parameters; all in the order of TorchNetwork::parameters.
-    std::vector<torch::Tensor> parameters, first_moments, second_moments, best_parameters;
-    torch::Tensor basis;  ///< undefined where there is none
+    /// Parameters, AdamW's moments, averages of parameters (where they are asked for), best parameters; all in the
+    /// order of Network::parameters.
+    std::vector<torch::Tensor> parameters, first_moments, second_moments, averages, best_parameters;
+    std::vector<torch::Tensor> bases;  ///< Network::bases
 };
 
 /// Writes beside `path` and renames.
@@ -40,8 +41,9 @@ public:
     /// Waits for what is being written.
     ~CheckpointWriter();
 
-    /// Copies parameters and moments, of which it keeps the memory, and returns while the copy is written; everything
-    /// else must not be changed in place. Waits for the one before. Throws Error when that one was not written.
+    /// Copies parameters, moments and averages, of which it keeps the memory, and returns while the copy is written;
+    /// everything else must not be changed in place. Waits for the one before. Throws Error when that one was not
+    /// written.
     void start(const Checkpoint& checkpoint);
     /// Waits for what is being written. Throws Error when it was not.
     void finish();

@@ -34,9 +34,19 @@ NeuralModel::NeuralModel(const NetworkOptions& options, const ShapeSpace& shape_
                                            device,
                                            {},
                                            {},
+                                           {},
                                            {}});
-    // Until training fits the basis, all of its (zero) coefficients mean the neutral prediction.
-    state_->network = state_->new_network(RowMatrixF::Zero(options.output_basis, state_->output_space->width()));
+    if (options.region_reach > 0)
+        state_->columns =
+            regional_columns(body_template, state_->input_space, *state_->output_space, options.region_reach);
+    // Until training fits the bases, all of their (zero) coefficients mean the neutral prediction.
+    std::vector<RowMatrixF> bases;
+    if (options.output_basis > 0 && state_->columns.empty())
+        bases.push_back(RowMatrixF::Zero(options.output_basis, state_->output_space->width()));
+    else if (options.output_basis > 0)
+        for (const NetworkColumns& columns : state_->columns)
+            bases.push_back(RowMatrixF::Zero(options.output_basis, static_cast<Eigen::Index>(columns.outputs.size())));
+    state_->network = state_->new_network(bases);
     state_->network.to(device);
 }
 

@@ -4,6 +4,7 @@
 #include "ndg/io/h5.h"
 #include "ndg/neural/model_state.h"
 
+#include <algorithm>
 #include <cmath>
 #include <sstream>
 
@@ -20,15 +21,17 @@ std::string join(const std::vector<int>& values)
     return text;
 }
 
-std::vector<int> parse_widths(const std::string& text, const std::string& path)
+std::vector<int> read_integers(const H5Reader& file, const std::string& name)
 {
+    const std::string text = file.attribute(name);
     std::vector<int> values;
     std::istringstream stream(text);
     for (std::string item; std::getline(stream, item, ',');) {
         try {
             values.push_back(std::stoi(item));
         } catch (const std::exception&) {
-            throw InputError(fmt::format("{}: attribute widths is \"{}\", not a list of integers", path, text));
+            throw InputError(
+                fmt::format("{}: attribute {} is \"{}\", not a list of integers", file.path(), name, text));
         }
     }
     return values;
@@ -55,12 +58,20 @@ void read_tensor(const H5Reader& file, const std::string& name, torch::Tensor& t
         file.read_matrix(name, tensor.size(0), tensor.size(1)).cast<float>();
 }
 
-/// Calls f(name, tensor, description) for every tensor of the network.
-template <typename F>
-void for_tensors(TorchNetwork& network, const F& f)
+/// What belongs to a part of a network, and to none of its layers, stands here.
+std::string group_of(const Network& network, std::size_t part_idx)
 {
+    return network.parts[part_idx].outputs.defined() ? fmt::format("/network/region_{}", part_idx) : "/network";
+}
+
+/// Calls f(name, tensor, description) for every tensor of a part of the network.
+template <typename F>
+void for_tensors(Network& all, std::size_t part_idx, const F& f)
+{
+    TorchNetwork& network = all.parts[part_idx].perceptron;
+    const std::string region = all.parts[part_idx].outputs.defined() ? std::to_string(part_idx) + "_" : "";
     for (std::size_t i = 0; i < network.layers.size(); ++i) {
-        const std::string group = fmt::format("/network/layer_{}/", i);
+        const std::string group = fmt::format("/network/layer_{}{}/", region, i);
         TorchNetwork::Layer& layer = network.layers[i];
         f(group + "weight", layer.weight, "outputs x inputs");
         f(group + "bias", layer.bias, "outputs");
@@ -69,7 +80,7 @@ void for_tensors(TorchNetwork& network, const F& f)
         f(group + "norm_bias", layer.norm_bias, "offset of LayerNorm, outputs");
     }
     if (network.basis.defined())
-        f("/network/output_basis", network.basis,
+        f(group_of(all, part_idx) + "/output_basis", network.basis,
           "coefficients x outputs: fixed map from the last layer to the raw outputs");
 }
 
@@ -95,11 +106,17 @@ NetworkOptions read_options(const H5Reader& file)
     // Files from before there was a choice do not say it: they predict residuals.
     for (const auto& [name, value] : list_h5(file.path()).attributes)
         if (name == "output_space") options.output_space = value;
-    options.widths = parse_widths(file.attribute("widths"), file.path());
+    options.widths = read_integers(file, "widths");
     options.parametrisation =
         parse_name<ParametrisationKind>(file.attribute("parametrisation"), file.path() + ": parametrisation");
     options.rotation = read_flag(file, "rotation");
     options.shape = read_flag(file, "shape");
+    // Files from before there was a choice are of one network.
+    if (file.has_attribute("region_reach")) {
+        const std::vector<int> reach = read_integers(file, "region_reach");
+        require_input(reach.size() == 1, "{}: attribute region_reach has {} numbers", file.path(), reach.size());
+        options.region_reach = reach[0];
+    }
     options.output_basis = read_count(file, "output_basis");
     options.posing = read_posing(file);
     try {
@@ -121,6 +138,33 @@ ShapeSpace read_model_shape_space(const H5Reader& file, Eigen::Index num_coordin
     space.standard_deviations = Eigen::Map<const Eigen::VectorXd>(deviations.data(), components.cols());
     space.explained_variance = file.attribute_double("explained_variance");
     return space;
+}
+
+/// The network of a model with these options and columns, from the file; refused where the columns are others.
+Network read_network(const H5Reader& file, const NeuralModel::State& state)
+{
+    std::vector<RowMatrixF> bases;
+    Network network = state.new_network({});
+    for (std::size_t i = 0; i < network.parts.size() && state.options.output_basis > 0; ++i) {
+        const std::vector<std::size_t> shape = file.shape(group_of(network, i) + "/output_basis");
+        require_input(shape.size() == 2, "{}: {}/output_basis is no matrix", file.path(), group_of(network, i));
+        const auto num_outputs =
+            state.columns.empty() ? state.output_space->width() : static_cast<int>(state.columns[i].outputs.size());
+        bases.push_back(RowMatrixF::Zero(static_cast<Eigen::Index>(shape[0]), num_outputs));
+    }
+    if (!bases.empty()) network = state.new_network(bases);
+    for (std::size_t i = 0; i < network.parts.size(); ++i) {
+        const std::string group = group_of(network, i);
+        for_tensors(network, i, [&](const std::string& name, torch::Tensor& tensor, const char*) {
+            read_tensor(file, name, tensor);
+        });
+        if (state.columns.empty()) continue;
+        for (const auto& [name, columns] : {std::pair(group + "/inputs", &state.columns[i].inputs),
+                                            std::pair(group + "/outputs", &state.columns[i].outputs)})
+            require_input(file.read_ints(name, -1, 0, 1 << 30) == *columns,
+                          "{}: {} does not fit the regions of the template", file.path(), name);
+    }
+    return network;
 }
 
 TrainingCurve read_curve(const H5Reader& file)
@@ -150,8 +194,11 @@ void NeuralModel::save(const std::string& path, const Provenance& provenance) co
     file.attribute("parametrisation", to_name(state.options.parametrisation));
     file.attribute("rotation", std::string(state.options.rotation ? "true" : "false"));
     file.attribute("shape", std::string(state.options.shape ? "true" : "false"));
-    file.attribute("output_basis",
-                   static_cast<double>(state.network.basis.defined() ? state.network.basis.size(0) : 0));
+    if (state.options.region_reach > 0) file.attribute("region_reach", std::to_string(state.options.region_reach));
+    std::int64_t most_coefficients = 0;
+    for (const torch::Tensor& basis : state.network.bases())
+        most_coefficients = std::max(most_coefficients, basis.size(0));
+    file.attribute("output_basis", static_cast<double>(most_coefficients));
     file.attribute("template_sha256", state.template_sha256);
     file.attribute("explained_variance", space.explained_variance);
     if (!state.precision.empty()) file.attribute("precision", state.precision);
@@ -161,9 +208,16 @@ void NeuralModel::save(const std::string& path, const Provenance& provenance) co
     file.write("/input/joint_names", state.input_space.joint_names(), "order of the rotation matrices in the input");
     file.write("/input/visible_joints", state.input_space.visible_joints(),
                "1 where the input contains the joint's rotation, otherwise 0");
-    for_tensors(state.network, [&](const std::string& name, const torch::Tensor& tensor, const char* description) {
-        write_tensor(file, name, tensor, description);
-    });
+    for (std::size_t i = 0; i < state.network.parts.size(); ++i) {
+        const std::string group = group_of(state.network, i);
+        for_tensors(state.network, i,
+                    [&](const std::string& name, const torch::Tensor& tensor, const char* description) {
+                        write_tensor(file, name, tensor, description);
+                    });
+        if (state.columns.empty()) continue;
+        file.write(group + "/inputs", state.columns[i].inputs, "columns of the input that the region's network sees");
+        file.write(group + "/outputs", state.columns[i].outputs, "columns of the raw outputs that it gives");
+    }
     file.write("/shape_space/mean", std::vector<double>(space.mean.data(), space.mean.data() + space.mean.size()),
                "mean rest shape, 3 N_v, m");
     file.write("/shape_space/components", RowMatrix(space.components), "3 N_v x d, orthonormal columns",
@@ -199,8 +253,7 @@ NeuralModel NeuralModel::load(const std::string& path, const Template& body_temp
     const std::vector<int> visible = file.read_ints("/input/visible_joints", num_joints, 0, 1);
     require_input(visible == state.input_space.visible_joints(),
                   "{}: /input/visible_joints does not fit the template's skinning weights", path);
-    for_tensors(state.network,
-                [&](const std::string& name, torch::Tensor& tensor, const char*) { read_tensor(file, name, tensor); });
+    state.network = read_network(file, state);
     state.curve = read_curve(file);
     if (file.has_attribute("precision")) state.precision = file.attribute("precision");
     state.device = device;

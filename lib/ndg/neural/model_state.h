@@ -3,7 +3,7 @@
 #pragma once
 
 #include "ndg/neural/model.h"
-#include "ndg/neural/torch_network.h"
+#include "ndg/neural/network.h"
 
 namespace ndg {
 
@@ -14,14 +14,15 @@ struct NeuralModel::State {
     std::string template_sha256;
     std::uint64_t seed = 0;
     Device device = Device::cpu;
-    TorchNetwork network;
+    std::vector<NetworkColumns> columns;  ///< of the network's parts; empty: one part with all
+    Network network;
     TrainingCurve curve;
     std::string precision;  ///< of the products it was trained with; empty: not said
 
-    /// Untrained, its last layer on `basis` where that has rows.
-    TorchNetwork new_network(const RowMatrixF& basis) const
+    /// Untrained, the last layers of its parts on `bases`; none: trained last layers.
+    Network new_network(const std::vector<RowMatrixF>& bases) const
     {
-        return make_network(options.widths, input_space.width(), output_space->width(), basis, seed);
+        return make_network(options.widths, input_space.width(), output_space->width(), columns, bases, seed);
     }
     /// (B, inputs) on the CPU to predictions (B, outputs) on the device.
     torch::Tensor predict(const RowMatrixF& features) const

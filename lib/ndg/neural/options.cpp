@@ -42,6 +42,9 @@ void describe(OptionList& list, NetworkOptions& options)
     list.add("parametrisation", options.parametrisation, "from nine numbers to a residual gradient");
     list.add("rotation", options.rotation, "predict the residual R^T F; without (ablation): F itself");
     list.add("shape", options.shape, "let the network see the body's shape; without: ablation");
+    list.add("region-reach", options.region_reach,
+             "0: one network; n: one for each region of the body, which sees joints at most n steps away only", 0,
+             num_standard_joints);
     list.add("output-basis", options.output_basis,
              "0: trained last layer; k: fixed basis of at most k principal components of the training outputs", 0,
              1 << 16);
@@ -55,13 +58,15 @@ std::string method_name(const NetworkOptions& options)
     const bool vertices = options.output_space == "vertex-offsets";
     std::vector<std::string> changes;
     if (!vertices) {
+        if (options.region_reach > 0) changes.emplace_back("regional");
         if (options.output_basis > 0) changes.emplace_back("fixed basis");
         if (options.parametrisation == ParametrisationKind::direct) changes.emplace_back("no matrix exp");
         if (options.parametrisation == ParametrisationKind::lu) changes.emplace_back("LU");
         if (options.parametrisation == ParametrisationKind::qr) changes.emplace_back("QR");
         if (!options.rotation) changes.emplace_back("no rotation");
-    } else if (options.output_basis == 0) {
-        changes.emplace_back("no PCA");
+    } else {
+        if (options.region_reach > 0) changes.emplace_back("regional");
+        if (options.output_basis == 0) changes.emplace_back("no PCA");
     }
     if (!options.shape) changes.emplace_back("no body shape");
     const char* name = vertices ? "VertexNet" : "NDG";
@@ -85,6 +90,8 @@ void describe(OptionList& list, TrainingOptions& options)
              "of factors in products (weights and sums are float32); auto: bfloat16 on processors with AMX, where "
              "it is faster");
     list.add("dropout", options.dropout, "probability, after each hidden layer", 0, 0.95);
+    list.add("weight-average", options.weight_average,
+             "decay a step of the average of the weights that becomes the model, 0: no average", 0, 0.9999999);
     list.add("input-noise", options.input_noise, "in standard deviations of each input", 0, 10);
     describe(list, options.augmentation);
     list.add("patience", options.patience, "epochs without improvement before stopping, 0: never", 0, 1000000);

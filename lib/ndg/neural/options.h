@@ -39,6 +39,9 @@ struct NetworkOptions {
     bool rotation = true;
     /// False: the network does not see the body ("no body shape").
     bool shape = true;
+    /// 0: one network. n > 0: one for each region of the body (body_regions.h), which sees the joints at most n steps
+    /// away in the kinematic tree; each has `widths` and `output_basis` of its own.
+    int region_reach = 0;
     /// 0: the last layer is trained, as NDG's in the paper. k > 0: the last layer gives at most k coefficients of a
     /// fixed basis, principal components of the raw outputs that training asks for (output_basis.h): the PCA decoder of
     /// VertexNet; for residuals only with the parametrisations exponential and direct.
@@ -88,7 +91,10 @@ struct TrainingOptions {
     double weight_decay = 0.01;  ///< of AdamW; on matrices only, not on biases and LayerNorm
     Schedule schedule = Schedule::constant;
     Precision precision = Precision::automatic;
-    double dropout = 0.0;      ///< after each hidden layer, in training only
+    double dropout = 0.0;  ///< after each hidden layer, in training only
+    /// Of the average of the weights, exponential in steps, that is validated and becomes the model; 0: the weights
+    /// themselves.
+    double weight_average = 0.0;
     double input_noise = 0.0;  ///< standard deviation of the noise added to the inputs that vary
     AugmentationOptions augmentation;
     int patience = 0;                  ///< stop after so many epochs without a better validation loss; 0: never

@@ -40,8 +40,12 @@ public:
     /// predictions are nothing of the kind.
     virtual GradientsF gradients(const PosedBody& posed, const float* prediction) const;
 
-    /// Predictions of raw outputs, (B, width()) to the same shape, differentiable, on any device.
+    /// Predictions of raw outputs, (B, width()) to the same shape, differentiable, on any device. Who overrides it says
+    /// so in adds_to_neutral.
     virtual at::Tensor activate(const at::Tensor& outputs) const;
+
+    /// Whether predictions are the neutral one and the raw outputs added, so that approximate_inverse is exact.
+    virtual bool adds_to_neutral() const { return true; }
 
     /// Whether there is an approximate_inverse; a fixed basis of outputs needs one.
     virtual bool has_approximate_inverse() const { return true; }

@@ -20,16 +20,39 @@ constexpr double smallest_share = 1e-10;  ///< of the first axis' sum of squares
 using Range = Eigen::MatrixXd;   ///< columns x axes, sums in double precision
 using RangeF = Eigen::MatrixXf;  ///< the same, orthonormal, for products
 
-/// Calls f(first, block) for the rows in turn, `block`: up to rows_at_once x columns.
+/// The columns of rows of which axes are looked for.
+struct Block {
+    const std::vector<int>* columns = nullptr;  ///< null: all
+    Eigen::Index num_cols = 0, num_mixtures = 0;
+    Range sums;
+    RangeF range;  ///< num_cols x num_mixtures, orthonormal
+    Eigen::MatrixXd moments;
+    double sum_of_squares = 0;
+    RowMatrixF selected;
+
+    const RowMatrixF& select(const RowMatrixF& rows)
+    {
+        if (!columns) return rows;
+        selected.resize(rows.rows(), num_cols);
+        for (Eigen::Index i = 0; i < rows.rows(); ++i)
+            for (Eigen::Index k = 0; k < num_cols; ++k) selected(i, k) = rows(i, (*columns)[k]);
+        return selected;
+    }
+};
+
+/// Calls f(block, first, rows) for the block's columns of all rows in turn, up to rows_at_once of them.
 template <typename F>
-void for_blocks(const RowSource& source, const F& f)
+void for_rows(const RowSource& source, std::vector<Block>& blocks, const F& f)
 {
-    RowMatrixF block;
+    RowMatrixF rows;
     for (int first = 0; first < source.num_rows; first += rows_at_once) {
         const int count = std::min(rows_at_once, source.num_rows - first);
-        block.resize(count, source.num_cols);
-        parallel_for(count, [&](int i) { source.row(first + i, block.row(i).data()); });
-        f(first, block);
+        rows.resize(count, source.num_cols);
+        parallel_for(count, [&](int i) { source.row(first + i, rows.row(i).data()); });
+        if (blocks.size() == 1)
+            f(blocks[0], first, blocks[0].select(rows));  // which may share its work among threads
+        else
+            parallel_for(static_cast<int>(blocks.size()), [&](int i) { f(blocks[i], first, blocks[i].select(rows)); });
     }
 }
 
@@ -44,19 +67,15 @@ void add_products(const RowMatrixF& block, const Eigen::MatrixXf& coefficients, 
     });
 }
 
-/// Rows' sums over random mixtures of the rows: columns x count.
-Range random_mixtures(const RowSource& source, Eigen::Index count, std::uint64_t seed)
+/// Mixtures of rows from `first` on, num_rows x count: the same for a row whatever else is asked for.
+Eigen::MatrixXf random_mix(int first, Eigen::Index num_rows, Eigen::Index count, std::uint64_t seed)
 {
-    Range sums = Range::Zero(source.num_cols, count);
-    for_blocks(source, [&](int first, const RowMatrixF& block) {
-        Eigen::MatrixXf mix(block.rows(), count);
-        for (Eigen::Index i = 0; i < block.rows(); ++i) {
-            Random random(seed, "principal axes", static_cast<std::uint64_t>(first + i));
-            for (Eigen::Index k = 0; k < count; ++k) mix(i, k) = static_cast<float>(random.normal());
-        }
-        add_products(block, mix, sums);
-    });
-    return sums;
+    Eigen::MatrixXf mix(num_rows, count);
+    for (Eigen::Index i = 0; i < num_rows; ++i) {
+        Random random(seed, "principal axes", static_cast<std::uint64_t>(first + i));
+        for (Eigen::Index k = 0; k < count; ++k) mix(i, k) = static_cast<float>(random.normal());
+    }
+    return mix;
 }
 
 /// Orthonormal columns with the same span, in the order given, by shifted Cholesky QR (Fukaya et al. 2020) in three
@@ -78,50 +97,91 @@ RangeF orthonormal(Range columns)
     return columns.cast<float>();
 }
 
-}  // namespace
-
-PrincipalAxes principal_axes(const RowSource& source, int max_axes, double share, std::uint64_t seed)
+/// The axes of a block whose moments are known.
+PrincipalAxes leading_axes(const Block& block, int num_rows, int max_axes, double share)
 {
-    require(source.num_rows > 0 && max_axes > 0 && share > 0 && share <= 1,
-            "{} axes with share {} were asked of {} rows", max_axes, share, source.num_rows);
-    const Eigen::Index num_mixtures = std::min<Eigen::Index>({max_axes + spare_axes, source.num_rows, source.num_cols});
-    RangeF range = orthonormal(random_mixtures(source, num_mixtures, seed));
-    const bool spans_all = num_mixtures == source.num_rows || num_mixtures == source.num_cols;
-    for (int i = 0; i < num_iterations && !spans_all; ++i) {
-        Range sums = Range::Zero(source.num_cols, num_mixtures);
-        for_blocks(source, [&](int, const RowMatrixF& block) { add_products(block, block * range, sums); });
-        range = orthonormal(std::move(sums));
-    }
-
-    Eigen::MatrixXd moments = Eigen::MatrixXd::Zero(num_mixtures, num_mixtures);
-    double sum_of_squares = 0;
-    for_blocks(source, [&](int, const RowMatrixF& block) {
-        const Eigen::MatrixXd coefficients = (block * range).cast<double>();
-        moments.noalias() += coefficients.transpose() * coefficients;
-        sum_of_squares += block.cast<double>().squaredNorm();
-    });
-    require_input(sum_of_squares > 0, "the training samples are all exactly neutral: there is nothing to learn");
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(moments);
-    require(solver.info() == Eigen::Success, "the principal axes of {} rows were not found", source.num_rows);
+    require_input(block.sum_of_squares > 0, "the training samples are all exactly neutral: there is nothing to learn");
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(block.moments);
+    require(solver.info() == Eigen::Success, "the principal axes of {} rows were not found", num_rows);
     const Eigen::VectorXd squares = solver.eigenvalues().reverse();
     Eigen::Index count = 0;
     double held = 0;
-    while (count < std::min<Eigen::Index>(max_axes, num_mixtures) && squares[count] > smallest_share * squares[0] &&
-           (count == 0 || held < share * sum_of_squares))
+    while (count < std::min<Eigen::Index>(max_axes, block.num_mixtures) &&
+           squares[count] > smallest_share * squares[0] && (count == 0 || held < share * block.sum_of_squares))
         held += squares[count++];
 
     PrincipalAxes result;
     const Eigen::MatrixXf mix = solver.eigenvectors().rowwise().reverse().leftCols(count).cast<float>();
-    result.axes = (range * mix).transpose();
+    result.axes = (block.range * mix).transpose();
     for (Eigen::Index k = 0; k < count; ++k) {
         // Axes have no sign of their own.
         Eigen::Index largest = 0;
         result.axes.row(k).cwiseAbs().maxCoeff(&largest);
         if (result.axes(k, largest) < 0) result.axes.row(k) *= -1;
     }
-    result.root_means = (squares.head(count) / source.num_rows).cwiseSqrt();
-    result.explained = held / sum_of_squares;
+    result.root_means = (squares.head(count) / num_rows).cwiseSqrt();
+    result.explained = held / block.sum_of_squares;
     return result;
+}
+
+std::vector<PrincipalAxes> find_axes(const RowSource& source, std::vector<Block> blocks, int max_axes, double share,
+                                     std::uint64_t seed)
+{
+    require(source.num_rows > 0 && max_axes > 0 && share > 0 && share <= 1,
+            "{} axes with share {} were asked of {} rows", max_axes, share, source.num_rows);
+    const auto begin_sums = [&] {
+        for (Block& block : blocks) block.sums = Range::Zero(block.num_cols, block.num_mixtures);
+    };
+    const auto end_sums = [&] {
+        for (Block& block : blocks) block.range = orthonormal(std::move(block.sums));
+    };
+    bool all_spanned = true;
+    for (Block& block : blocks) {
+        block.num_mixtures = std::min<Eigen::Index>({max_axes + spare_axes, source.num_rows, block.num_cols});
+        all_spanned &= block.num_mixtures == source.num_rows || block.num_mixtures == block.num_cols;
+    }
+    begin_sums();
+    for_rows(source, blocks, [&](Block& block, int first, const RowMatrixF& rows) {
+        add_products(rows, random_mix(first, rows.rows(), block.num_mixtures, seed), block.sums);
+    });
+    end_sums();
+    for (int i = 0; i < num_iterations && !all_spanned; ++i) {
+        begin_sums();
+        for_rows(source, blocks, [&](Block& block, int, const RowMatrixF& rows) {
+            add_products(rows, rows * block.range, block.sums);
+        });
+        end_sums();
+    }
+    for (Block& block : blocks) block.moments = Eigen::MatrixXd::Zero(block.num_mixtures, block.num_mixtures);
+    for_rows(source, blocks, [&](Block& block, int, const RowMatrixF& rows) {
+        const Eigen::MatrixXd coefficients = (rows * block.range).cast<double>();
+        block.moments.noalias() += coefficients.transpose() * coefficients;
+        block.sum_of_squares += rows.cast<double>().squaredNorm();
+    });
+    std::vector<PrincipalAxes> axes;
+    for (const Block& block : blocks) axes.push_back(leading_axes(block, source.num_rows, max_axes, share));
+    return axes;
+}
+
+}  // namespace
+
+PrincipalAxes principal_axes(const RowSource& source, int max_axes, double share, std::uint64_t seed)
+{
+    std::vector<Block> all(1);
+    all[0].num_cols = source.num_cols;
+    return find_axes(source, std::move(all), max_axes, share, seed).front();
+}
+
+std::vector<PrincipalAxes> principal_axes(const RowSource& source, const std::vector<std::vector<int>>& blocks,
+                                          int max_axes, double share, std::uint64_t seed)
+{
+    std::vector<Block> some;
+    for (const std::vector<int>& columns : blocks) {
+        Block& block = some.emplace_back();
+        block.columns = &columns;
+        block.num_cols = static_cast<Eigen::Index>(columns.size());
+    }
+    return find_axes(source, std::move(some), max_axes, share, seed);
 }
 
 }  // namespace ndg

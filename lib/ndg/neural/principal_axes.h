@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <vector>
 
 namespace ndg {
 
@@ -30,5 +31,8 @@ struct PrincipalAxes {
 /// 12 bytes a column and axis, beside 64 rows. Depends on the rows and `seed`, not on the processor's load; on several
 /// threads sums may differ in rounding. Throws InputError where all rows are zero.
 PrincipalAxes principal_axes(const RowSource& source, int max_axes, double share, std::uint64_t seed);
+/// The same of some of the columns, for each of the blocks, in passes that they share. Axes have the block's columns.
+std::vector<PrincipalAxes> principal_axes(const RowSource& source, const std::vector<std::vector<int>>& blocks,
+                                          int max_axes, double share, std::uint64_t seed);
 
 }  // namespace ndg

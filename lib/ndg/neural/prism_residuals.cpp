@@ -42,6 +42,7 @@ public:
         return parametrisation_.residuals(outputs.reshape({outputs.size(0), -1, 9})).reshape(outputs.sizes());
     }
 
+    bool adds_to_neutral() const override { return parametrisation_.kind == ParametrisationKind::direct; }
     bool has_approximate_inverse() const override { return parametrisation_.approximate_inverse != nullptr; }
     void approximate_inverse(const float* prediction, float* outputs) const override
     {

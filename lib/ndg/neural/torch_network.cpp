@@ -55,7 +55,7 @@ torch::Tensor TorchNetwork::activate(const Layer& layer, const torch::Tensor& su
     return dropout > 0 ? torch::dropout(x, dropout, true) : x;
 }
 
-torch::Tensor TorchNetwork::forward(const torch::Tensor& inputs) const
+torch::Tensor TorchNetwork::forward(const torch::Tensor& inputs, LastLayer last) const
 {
     const torch::NoGradGuard no_grad;
     Tensor x = inputs;
@@ -63,7 +63,7 @@ torch::Tensor TorchNetwork::forward(const torch::Tensor& inputs) const
         x = product(x, layer.weight.t()).add_(layer.bias);
         if (layer.norm_weight.defined()) x = activate(layer, x, 0);
     }
-    return basis.defined() ? product(x, basis) : x;
+    return basis.defined() && last == LastLayer::outputs ? product(x, basis) : x;
 }
 
 void TorchNetwork::to(Device device)
@@ -79,15 +79,15 @@ void TorchNetwork::to(Device device)
     move(basis);
 }
 
-TorchNetwork make_network(const std::vector<int>& widths, int num_inputs, int num_outputs, const RowMatrixF& basis,
-                          std::uint64_t seed)
+TorchNetwork make_perceptron(const std::vector<int>& widths, int num_inputs, int num_outputs, const RowMatrixF& basis,
+                             std::uint64_t seed, std::uint64_t first_stream)
 {
     TorchNetwork network;
     if (basis.rows() > 0) network.basis = tensor_from(basis);
     std::int64_t inputs = num_inputs;
     for (std::size_t i = 0; i < widths.size(); ++i) {
         const std::int64_t outputs = widths[i];
-        Random random(seed, "network layer", i);
+        Random random(seed, "network layer", first_stream + i);
         const double bound = 1.0 / std::sqrt(static_cast<double>(inputs));
         TorchNetwork::Layer layer;
         layer.weight = uniform_tensor({outputs, inputs}, bound, random);

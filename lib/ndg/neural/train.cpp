@@ -11,9 +11,10 @@
 #include "ndg/neural/checkpoint.h"
 #include "ndg/neural/matrix_product.h"
 #include "ndg/neural/model_state.h"
+#include "ndg/neural/objective.h"
 #include "ndg/neural/output_basis.h"
 #include "ndg/neural/target_loader.h"
-#include "ndg/neural/training_pass.h"
+#include "ndg/neural/weight_average.h"
 
 #include <torch/utils.h>
 
@@ -52,16 +53,16 @@ private:
     struct Losses {
         double network = 0, neutral = 0;
     };
-    Losses mean_losses(const TrainingSet& set) const;
-    double neutral_loss(const Tensor& targets) const
-    {
-        return torch::mean((targets - neutral_).square(), torch::kFloat64).item<double>();
-    }
+    Losses validation_losses() const;
+    /// Whose validation loss counts, and whose weights become the model's.
+    const Network& result() const { return average_ ? average_->network() : model_.network; }
     bool in_first_epoch() const { return state_.curve.epoch.empty(); }
     double batch_learning_rate() const;
     /// Rows of features of some samples, as they are or with noise and changes.
     RowMatrixF inputs_of(const TrainingSet& set, const std::vector<int>& samples, bool augmented) const;
     Tensor on_device(const Tensor& tensor) const { return tensor.to(torch_device(model_.device)); }
+    /// The tensors that a checkpoint holds are those in use.
+    void keep_state();
     void save_checkpoint();
     void save_if_due();
     bool stop_requested() const { return callbacks_.stop ? callbacks_.stop() : interrupt_requested(); }
@@ -74,12 +75,13 @@ private:
     const TrainingCallbacks& callbacks_;
     Eigen::RowVectorXf noise_scale_;
     Precision precision_;
-    Tensor neutral_;  ///< the neutral prediction, on the model's device
     std::optional<Augmentation> augmentation_;
+    std::unique_ptr<Objective> training_objective_, validation_objective_;
     Checkpoint state_;
     std::vector<Tensor> parameters_;
-    std::optional<TrainingPass> pass_;
+    std::optional<NetworkPass> pass_;
     std::optional<AdamW> optimizer_;
+    std::optional<WeightAverage> average_;
     CheckpointWriter writer_;
     Clock::time_point last_save_ = Clock::now();
 };
@@ -94,8 +96,6 @@ Trainer::Trainer(NeuralModel::State& model, const TrainingSet& training, const T
       precision_(resolve_precision(options.precision, model.device)),
       writer_(options.checkpoint_path)
 {
-    std::vector<float> neutral = neutral_prediction(*model.output_space);
-    neutral_ = on_device(torch::tensor(neutral));
     if (options.augmentation.any())
         augmentation_.emplace(training, model.input_space, *model.output_space, options.augmentation, options.seed);
     const RowMatrixF& features = training.features();
@@ -130,24 +130,27 @@ RowMatrixF Trainer::inputs_of(const TrainingSet& set, const std::vector<int>& sa
     return rows;
 }
 
-Trainer::Losses Trainer::mean_losses(const TrainingSet& set) const
+Trainer::Losses Trainer::validation_losses() const
 {
     const torch::NoGradGuard no_grad;
+    const Objective& objective = *validation_objective_;
+    const int num_samples = validation_.size();
     Losses sums;
-    std::vector<int> order(set.size());
+    std::vector<int> order(num_samples);
     std::iota(order.begin(), order.end(), 0);
-    TargetLoader loader([&](int sample_idx, float* target) { set.target(sample_idx, target); }, set.width(), order,
-                        options_.batch_size);
-    for (int done = 0; done < set.size();) {
+    TargetLoader loader([&](int sample_idx, float* target) { objective.target(sample_idx, {}, target); },
+                        objective.width(), order, options_.batch_size);
+    for (int done = 0; done < num_samples;) {
         const TargetLoader::Batch batch = loader.next();
         const Tensor targets = on_device(batch.targets);
+        const Tensor inputs = on_device(tensor_from(inputs_of(validation_, batch.samples, false)));
         const auto count = static_cast<int>(batch.samples.size());
-        sums.network +=
-            count * torch::mse_loss(model_.predict(inputs_of(set, batch.samples, false)), targets).item<double>();
-        if (in_first_epoch()) sums.neutral += count * neutral_loss(targets);
+        const Tensor outputs = result().forward(inputs, objective.last_layer());
+        sums.network += count * objective.loss(outputs, targets).item<double>();
+        if (in_first_epoch()) sums.neutral += count * objective.neutral_loss(targets);
         done += count;
     }
-    return {sums.network / set.size(), sums.neutral / set.size()};
+    return {sums.network / num_samples, sums.neutral / num_samples};
 }
 
 void Trainer::start_or_resume(TrainingResult& result)
@@ -166,18 +169,23 @@ void Trainer::start_or_resume(TrainingResult& result)
         state_.fingerprint = current_fingerprint;
         state_.learning_rate = options_.learning_rate;
     }
-    RowMatrixF basis;
-    if (resume && state_.basis.defined())
-        basis = TorchNetwork::matrix(state_.basis);
+    const Augmentation* augmentation = augmentation_ ? &*augmentation_ : nullptr;
+    std::vector<RowMatrixF> bases;
+    if (resume)
+        for (const Tensor& basis : state_.bases) bases.push_back(TorchNetwork::matrix(basis));
     else if (model_.options.output_basis > 0)
-        basis = fit_output_basis(training_, augmentation_ ? &*augmentation_ : nullptr, *model_.output_space,
-                                 model_.options, options_.seed);
-    model_.network = model_.new_network(basis);
-    state_.basis = model_.network.basis;
-    model_.network.to(model_.device);
-    parameters_ = model_.network.parameters();
-    pass_.emplace(model_.network, precision_);
+        bases = fit_output_bases(training_, augmentation, *model_.output_space, model_.columns, model_.options,
+                                 options_.seed);
+    Network& network = model_.network;
+    network = model_.new_network(bases);
+    state_.bases = network.bases();
+    training_objective_ = make_objective(training_, augmentation, *model_.output_space, network, model_.device);
+    validation_objective_ = make_objective(validation_, nullptr, *model_.output_space, network, model_.device);
+    network.to(model_.device);
+    parameters_ = network.parameters();
+    pass_.emplace(network, precision_, training_objective_->last_layer());
     optimizer_.emplace(parameters_, pass_->copies(), options_.weight_decay);
+    if (options_.weight_average > 0) average_.emplace(network, options_.weight_average);
     if (!resume) return;
     const torch::NoGradGuard no_grad;
     require_input(state_.parameters.size() == parameters_.size(),
@@ -188,19 +196,25 @@ void Trainer::start_or_resume(TrainingResult& result)
         optimizer_->first_moments[i].copy_(state_.first_moments[i]);
         optimizer_->second_moments[i].copy_(state_.second_moments[i]);
     }
+    if (average_)
+        for (std::size_t i = 0; i < parameters_.size(); ++i) average_->parameters()[i].copy_(state_.averages[i]);
     pass_->refresh_copies();
     optimizer_->num_steps = state_.num_steps;
-    state_.parameters = parameters_;  // not the memory of what was read
+    keep_state();  // not the memory of what was read
+}
+
+void Trainer::keep_state()
+{
+    state_.parameters = parameters_;
     state_.first_moments = optimizer_->first_moments;
     state_.second_moments = optimizer_->second_moments;
+    if (average_) state_.averages = average_->parameters();
 }
 
 void Trainer::save_checkpoint()
 {
     if (!options_.checkpoint_path.empty()) {
-        state_.parameters = parameters_;
-        state_.first_moments = optimizer_->first_moments;
-        state_.second_moments = optimizer_->second_moments;
+        keep_state();
         writer_.start(state_);
     }
     last_save_ = Clock::now();
@@ -242,7 +256,7 @@ void Trainer::train_batch(const TargetLoader::Batch& batch)
     const RowMatrixF inputs = inputs_of(training_, batch.samples, true);
     const Tensor targets = on_device(batch.targets);
     const Tensor outputs = pass_->forward(on_device(tensor_from(inputs)), options_.dropout);
-    const Tensor loss = torch::mse_loss(model_.output_space->activate(outputs), targets);
+    const Tensor loss = training_objective_->loss(outputs, targets);
     const double value = loss.item<double>();
     require(std::isfinite(value), "the training loss is {} in epoch {}: the learning rate {} is too high", value,
             state_.epoch + 1, learning_rate);
@@ -250,11 +264,12 @@ void Trainer::train_batch(const TargetLoader::Batch& batch)
     optimizer_->begin_step(learning_rate);
     pass_->backward(outputs.grad(), *optimizer_);
     state_.num_steps = optimizer_->num_steps;
+    if (average_) average_->update(state_.num_steps);
     const auto count = static_cast<double>(batch.samples.size());
     state_.loss_sum += count * value;
     if (in_first_epoch()) {
         const torch::NoGradGuard no_grad;
-        state_.neutral_sum += count * neutral_loss(targets);
+        state_.neutral_sum += count * training_objective_->neutral_loss(targets);
     }
     ++state_.batch;
 }
@@ -264,12 +279,11 @@ void Trainer::train_epoch()
     {
         TargetLoader loader(
             [this](int sample_idx, float* target) {
-                if (augmentation_)
-                    augmentation_->target(sample_idx, augmentation_->draw(sample_idx, state_.epoch), target);
-                else
-                    training_.target(sample_idx, target);
+                const SampleChange change =
+                    augmentation_ ? augmentation_->draw(sample_idx, state_.epoch) : SampleChange();
+                training_objective_->target(sample_idx, change, target);
             },
-            training_.width(),
+            training_objective_->width(),
             Random(options_.seed, "shuffle", static_cast<std::uint64_t>(state_.epoch)).permutation(training_.size()),
             options_.batch_size, state_.batch);
         while (state_.batch < batches_per_epoch()) {
@@ -283,7 +297,7 @@ void Trainer::train_epoch()
 void Trainer::finish_epoch()
 {
     TrainingCurve& curve = state_.curve;
-    const Losses validation = mean_losses(validation_);
+    const Losses validation = validation_losses();
     const double validation_loss = validation.network;
     require(std::isfinite(validation_loss),
             "the validation loss is {} after epoch {}: the learning rate {} is too high", validation_loss,
@@ -300,7 +314,8 @@ void Trainer::finish_epoch()
         state_.best_validation_loss = validation_loss;
         state_.bad_epochs = 0;
         state_.best_parameters.clear();
-        for (const Tensor& parameter : parameters_) state_.best_parameters.push_back(parameter.detach().clone());
+        for (const Tensor& parameter : result().parameters())
+            state_.best_parameters.push_back(parameter.detach().clone());
     } else if (++state_.bad_epochs >= plateau_patience && options_.schedule == Schedule::plateau) {
         state_.bad_epochs = 0;
         state_.learning_rate *= plateau_factor;

@@ -12,7 +12,7 @@ namespace ndg {
 
 /// To be raised whenever the same options and samples come to give another model: no checkpoint of an older method is
 /// gone on with then.
-inline constexpr int training_method_version = 2;
+inline constexpr int training_method_version = 3;
 
 struct TrainingCallbacks {
     /// After each epoch: the curve so far and the learning rate of the next epoch.

@@ -21,7 +21,8 @@ constexpr int max_parts = 16;  ///< of a matrix that threads share
 
 }  // namespace
 
-TrainingPass::TrainingPass(TorchNetwork& network, Precision precision) : network_(network), precision_(precision)
+TrainingPass::TrainingPass(TorchNetwork& network, Precision precision, LastLayer last, int first_parameter)
+    : network_(network), precision_(precision), first_parameter_(first_parameter)
 {
     const torch::NoGradGuard no_grad;
     const std::vector<Tensor> parameters = network.parameters();
@@ -29,8 +30,8 @@ TrainingPass::TrainingPass(TorchNetwork& network, Precision precision) : network
     if (precision == Precision::bfloat16)
         for (std::size_t i = 0; i < parameters.size(); ++i)
             if (parameters[i].dim() > 1) copies_[i] = parameters[i].to(torch::kBFloat16);
-    if (network.basis.defined()) basis_ = as_factor(network.basis);
-    int parameter = 0;
+    if (network.basis.defined() && last == LastLayer::outputs) basis_ = as_factor(network.basis);
+    int parameter = first_parameter;
     for (const TorchNetwork::Layer& layer : network.layers) {
         stages_.push_back({parameter, {}, {}, {}});
         parameter += layer.norm_weight.defined() ? 4 : 2;
@@ -52,7 +53,7 @@ Tensor TrainingPass::as_factor(const Tensor& values) const
 
 const Tensor& TrainingPass::matrix(std::size_t layer_idx) const
 {
-    const Tensor& copy = copies_[stages_[layer_idx].parameter];
+    const Tensor& copy = copies_[stages_[layer_idx].parameter - first_parameter_];
     return copy.defined() ? copy : network_.layers[layer_idx].weight;
 }
 

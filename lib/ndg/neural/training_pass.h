@@ -16,8 +16,10 @@ namespace ndg {
 /// (LayerNorm, GELU, dropout) is left to autograd.
 class TrainingPass {
 public:
-    /// `precision` of products, resolved. Keeps a reference.
-    TrainingPass(TorchNetwork& network, Precision precision);
+    /// `precision` of products, resolved. Gradients are handed on as those of parameters from `first_parameter` on.
+    /// Keeps a reference.
+    TrainingPass(TorchNetwork& network, Precision precision, LastLayer last = LastLayer::outputs,
+                 int first_parameter = 0);
 
     /// What products read in place of each of TorchNetwork::parameters: bfloat16 copies of matrices; undefined where
     /// they read the parameter.
@@ -25,10 +27,9 @@ public:
     /// Makes the copies equal to the parameters again, after those were set.
     void refresh_copies();
 
-    /// (B, inputs) to raw outputs (B, outputs), a leaf of autograd that gathers the gradient for backward.
+    /// (B, inputs) to raw outputs or coefficients, a leaf of autograd that gathers the gradient for backward.
     torch::Tensor forward(const torch::Tensor& inputs, double dropout);
-    /// From the gradient of the raw outputs of the last forward. The sink may change a parameter when it takes its
-    /// gradient.
+    /// From the gradient of what the last forward gave. The sink may change a parameter when it takes its gradient.
     void backward(const torch::Tensor& output_gradient, GradientSink& sink);
 
 private:
@@ -46,8 +47,9 @@ private:
 
     TorchNetwork& network_;
     Precision precision_;
+    int first_parameter_;
     std::vector<torch::Tensor> copies_;
-    torch::Tensor basis_;  ///< as multiplied
+    torch::Tensor basis_;  ///< as multiplied; undefined where coefficients are asked for
     std::vector<Stage> stages_;
 };
 
