@@ -36,6 +36,7 @@ struct Scene : SampleInputs {
         bodies.bodies = {body_template.rest, large};
         poses.poses = {test::tube_pose(0.3), test::tube_pose(-0.8)};
         samples.pairs = {{1, 0}, {0, 1}, {1, 1}};
+        samples.posing = test::bending;
         samples.pair_splits = {"test", "test", "train"};
     }
 
@@ -51,7 +52,7 @@ struct Scene : SampleInputs {
         SampleIndex index = samples;
         index.method = "test method";
         GradientWriter writer(path, index, body_template.num_prisms(), Provenance{});
-        const BodyPoser poser(body_template);
+        const BodyPoser poser(body_template, test::bending);
         for (int i = 0; i < samples.size(); ++i) {
             GradientsF gradients(body_template.num_prisms(), 9);
             for (int p = 0; p < gradients.rows(); ++p) {
@@ -77,18 +78,20 @@ MethodTable methods_without_options()
 
 TEST_CASE_METHOD(Scene, "Every sample of a file is what its method gives the posed body, in the order asked for")
 {
-    const BodyPoser poser(body_template);
+    const BodyPoser poser(body_template, test::bending);
     for (const std::string& flag : methods_without_options().flags()) {
         INFO(flag);
         const DeformationMethod method = methods_without_options().find(flag);
         const std::string path = folder.file(flag + ".h5");
-        animate_samples(*this, *method.make(BodyPoser(body_template)), method.table_name, {path, ""}, Provenance{});
+        animate_samples(*this, *method.make(BodyPoser(body_template, test::bending)), method.table_name, {path, ""},
+                        Provenance{});
         const DeformationSet set = open_deformations(path, body_template.num_volume_vertices());
         REQUIRE(set.method == method.table_name);
         REQUIRE(set.pairs == samples.pairs);
         REQUIRE(set.pair_splits == samples.pair_splits);
         for (int i = 0; i < set.size(); ++i) {
-            const Points expected = method.make(BodyPoser(body_template))->deform(posed(poser, samples.pairs[i]));
+            const Points expected =
+                method.make(BodyPoser(body_template, test::bending))->deform(posed(poser, samples.pairs[i]));
             CHECK(set.points(i).cast<float>() == expected.cast<float>());
         }
     }
@@ -105,8 +108,9 @@ TEST_CASE_METHOD(Scene, "Stored gradients give the vertices of Gradient Skinning
     const AnatomyReader anatomy(anatomy_path, int(body_template.anatomy_vertices.rows()));
     REQUIRE(anatomy.size() == 3);
     REQUIRE(anatomy.triangles() == body_template.anatomy_triangles);
-    const BodyPoser poser(body_template);
-    const auto skinning = methods_without_options().find("gradient-skinning").make(BodyPoser(body_template));
+    const BodyPoser poser(body_template, test::bending);
+    const auto skinning =
+        methods_without_options().find("gradient-skinning").make(BodyPoser(body_template, test::bending));
     for (int i = 0; i < set.size(); ++i) {
         const PosedBody body = posed(poser, samples.pairs[i]);
         CHECK((set.points(i) - skinning->deform(body)).cwiseAbs().maxCoeff() < 1e-5);
@@ -139,7 +143,7 @@ TEST_CASE_METHOD(Scene, "What does not fit together is an input error and leaves
 {
     const std::string path = folder.file("lbs.h5");
     samples.pairs[2] = {2, 0};
-    const auto lbs = methods_without_options().find("lbs").make(BodyPoser(body_template));
+    const auto lbs = methods_without_options().find("lbs").make(BodyPoser(body_template, test::bending));
     CHECK_THROWS_AS(animate_samples(*this, *lbs, "LBS", {path, ""}, Provenance{}), InputError);
     CHECK_FALSE(std::filesystem::exists(path));
     samples.pairs[2] = samples.pairs[1];
@@ -157,7 +161,7 @@ TEST_CASE_METHOD(Scene, "Rest data follow the body")
         CHECK(&rest.operators(body) == &operators);
         CHECK(operators.volume(3) == fresh.volume(3));
         CHECK(rest.anatomy(body) == anatomy_at_rest(body_template, body));
-        const BodyPoser poser(body_template);
+        const BodyPoser poser(body_template, test::bending);
         const PosedBody posed = poser.pose(body, poses.poses[1]);
         const PoissonReconstruction poisson(fresh, body_template.num_wrap_vertices());
         CHECK(gradient_skinning(posed, rest.poisson(body)) == gradient_skinning(posed, poisson));
@@ -175,5 +179,5 @@ TEST_CASE("The table of methods holds every name once and knows what is missing"
     CHECK_THROWS_AS(register_lbs(table), Error);
     CHECK_THROWS_AS(table.add({"other", "", "no name in tables", {}, {}}), Error);
     const Template tube = test::tube_template(4, 5);
-    CHECK_THROWS_WITH(table.find("gradients").make(BodyPoser(tube)), Catch::Contains("--gradients"));
+    CHECK_THROWS_WITH(table.find("gradients").make(BodyPoser(tube, test::bending)), Catch::Contains("--gradients"));
 }

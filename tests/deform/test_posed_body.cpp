@@ -27,7 +27,7 @@ PoissonReconstruction make_poisson(const Template& tube)
 TEST_CASE("Gradient skinning and skinning at rest give the rest shape; under a root motion they move with it")
 {
     const Template tube = test::tube_template(7, 6);
-    const BodyPoser poser(tube);
+    const BodyPoser poser(tube, test::bending);
     const PoissonReconstruction poisson = make_poisson(tube);
     Pose pose = Pose::rest(tube.skeleton.num_joints());
     const PosedBody at_rest = poser.pose(tube.rest, pose);
@@ -51,7 +51,7 @@ TEST_CASE("Gradient skinning and skinning at rest give the rest shape; under a r
 TEST_CASE("The bone wrap of every method is the skinned one; the display skin takes the deformed volume")
 {
     const Template tube = test::tube_template(7, 6);
-    const BodyPoser poser(tube);
+    const BodyPoser poser(tube, test::bending);
     const PoissonReconstruction poisson = make_poisson(tube);
     const PosedBody posed = poser.pose(tube.rest, test::tube_pose(1));
     const Points volume = gradient_skinning(posed, poisson);
@@ -76,7 +76,7 @@ TEST_CASE("The bone wrap of every method is the skinned one; the display skin ta
 TEST_CASE("A pose or body of another skeleton is refused")
 {
     const Template tube = test::tube_template(4, 5);
-    const BodyPoser poser(tube);
+    const BodyPoser poser(tube, test::bending);
     Pose pose = test::tube_pose(0.5);
     REQUIRE(poser.pose(tube.rest, pose).pair().body_idx == -1);
     REQUIRE(poser.pose(tube.rest, pose, {2, 7}).pair() == SamplePair{2, 7});

@@ -13,7 +13,7 @@ using namespace ndg;
 TEST_CASE("Residuals and gradients are each other's inverse")
 {
     const Template tube = test::tube_template(5, 5);
-    const BodyPoser poser(tube);
+    const BodyPoser poser(tube, test::bending);
     const std::vector<Eigen::Matrix3d> rotations = poser.pose(tube.rest, test::tube_pose(1)).prism_rotations();
     Gradients gradients(tube.num_prisms(), 9);
     Random random(2, "residuals");

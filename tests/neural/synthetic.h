@@ -104,6 +104,7 @@ inline Synthetic make_synthetic(int num_training = 96, int num_validation = 24)
                 bulged_tube(s.tube, s.bodies.bodies[body_idx], s.poses.poses.back()));
         set.statistics["converged"].push_back(1.0);
     }
+    set.posing = bending;
     s.samples = {set};
     return s;
 }
@@ -112,6 +113,7 @@ inline NetworkOptions small_network()
 {
     NetworkOptions options;
     options.widths = {64, 32};
+    options.posing = bending;
     return options;
 }
 

@@ -69,6 +69,7 @@ Mirrored make_mirrored(int num_pairs)
             set.add({body_idx, pose_idx}, "train", bulged(s.tube, s.bodies.bodies[body_idx], s.poses.poses[pose_idx]));
         }
     }
+    set.posing = bending;
     s.samples = {set};
     return m;
 }

@@ -42,6 +42,7 @@ Synthetic asymmetric_samples(int count)
             sheared.volume_vertices(v, 2) += 0.2 * random.normal() * std::max(0.0, sheared.volume_vertices(v, 0));
         set.add({i % 3, i}, "train", bulged_tube(s.tube, sheared, pose));
     }
+    set.posing = bending;
     s.samples = {set};
     return s;
 }

@@ -35,8 +35,8 @@ TEST_CASE("An untrained network poses bodies as Gradient Skinning does")
     NetworkInputs inputs;
     inputs.model_path = folder.file("model.h5");
     s.model(test::small_network()).save(inputs.model_path, Provenance{});
-    NetworkDeformer network(BodyPoser(s.tube), inputs);
-    const BodyPoser poser(s.tube);
+    NetworkDeformer network(BodyPoser(s.tube, test::bending), inputs);
+    const BodyPoser poser(s.tube, test::bending);
     RestCache rest(s.tube);
     for (const PosedBody& posed : some_posed(s, poser)) {
         CHECK(largest_difference(network.deform(posed), gradient_skinning(posed, rest.poisson(posed.body()))) < 1e-5);
@@ -50,9 +50,9 @@ TEST_CASE("Several bodies at once are what they are one by one, and what their g
     NetworkInputs inputs;
     inputs.model_path = folder.file("model.h5");
     test::moved_model(s, test::small_network()).save(inputs.model_path, Provenance{});
-    NetworkDeformer network(BodyPoser(s.tube), inputs);
+    NetworkDeformer network(BodyPoser(s.tube, test::bending), inputs);
     CHECK(network.name() == "NDG");
-    const BodyPoser poser(s.tube);
+    const BodyPoser poser(s.tube, test::bending);
     const std::vector<PosedBody> posed = some_posed(s, poser);
     const std::vector<Points> vertices = network.deform_batch(posed);
     const std::vector<GradientsF> gradients = network.gradients(posed);
@@ -76,9 +76,9 @@ TEST_CASE("A vertex network poses bodies by its offsets, and has no gradients")
     options.output_basis = 12;
     const NeuralModel model = test::moved_model(s, options);
     model.save(inputs.model_path, Provenance{});
-    NetworkDeformer network(BodyPoser(s.tube), inputs);
+    NetworkDeformer network(BodyPoser(s.tube, test::bending), inputs);
     CHECK(network.name() == "VertexNet");
-    const BodyPoser poser(s.tube);
+    const BodyPoser poser(s.tube, test::bending);
     RestCache rest(s.tube);
     const std::vector<PosedBody> posed = some_posed(s, poser);
     const Points deformed = network.deform(posed[1]);
@@ -94,18 +94,18 @@ TEST_CASE("A method without its model, or with another template's, is an input e
     MethodTable table;
     register_network_deformer(table);
     const test::Synthetic s = test::make_synthetic(4, 2);
-    CHECK_THROWS_WITH(table.find("ndg").make(BodyPoser(s.tube)), Catch::Contains("--model"));
+    CHECK_THROWS_WITH(table.find("ndg").make(BodyPoser(s.tube, test::bending)), Catch::Contains("--model"));
     const test::TemporaryFolder folder;
     NetworkInputs inputs;
     inputs.model_path = folder.file("model.h5");
     s.model(test::small_network()).save(inputs.model_path, Provenance{});
     Template another = s.tube;
     another.file_sha256 = "another";
-    CHECK_THROWS_AS(NetworkDeformer(BodyPoser(another), inputs), InputError);
+    CHECK_THROWS_AS(NetworkDeformer(BodyPoser(another, test::bending), inputs), InputError);
     // What it was trained on is kept, and bodies posed otherwise are refused.
     NetworkOptions options = test::small_network();
-    options.posing.bone_wrap = BoneWrap::lbs;
+    options.posing.bone_wrap = BoneWrap::rigid;
     s.model(options).save(inputs.model_path, Provenance{});
-    CHECK_THROWS_WITH(NetworkDeformer(BodyPoser(s.tube), inputs), Catch::Contains("bone-wrap lbs"));
-    CHECK_NOTHROW(NetworkDeformer(BodyPoser(s.tube, {BoneWrap::lbs}), inputs));
+    CHECK_THROWS_WITH(NetworkDeformer(BodyPoser(s.tube, test::bending), inputs), Catch::Contains("bone-wrap rigid"));
+    CHECK_NOTHROW(NetworkDeformer(BodyPoser(s.tube, {BoneWrap::rigid}), inputs));
 }

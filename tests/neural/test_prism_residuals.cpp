@@ -25,7 +25,7 @@ Eigen::Matrix3d prism_matrix(const GradientsF& rows, Eigen::Index p)
 GradientsF target_of(const Template& tube, const NetworkOptions& options, const Body& body, const Pose& pose,
                      const Points& vertices)
 {
-    const BodyPoser poser(tube);
+    const BodyPoser poser(tube, test::bending);
     GradientsF target(tube.num_prisms(), 9);
     make_output_space(tube, options)
         ->target(poser.pose(body, pose), RestOperators(tube.prisms, body.volume_vertices), vertices.cast<float>(),
@@ -117,7 +117,7 @@ TEST_CASE("a rigid motion with the root has the identity as residual")
 TEST_CASE("an untrained model is gradient skinning, exactly")
 {
     const Synthetic s = make_synthetic(8, 2);
-    const BodyPoser poser(s.tube);
+    const BodyPoser poser(s.tube, test::bending);
     RestCache rest(s.tube);
     for (const std::string& parametrisation : names<ParametrisationKind>()) {
         CAPTURE(parametrisation);
@@ -146,7 +146,7 @@ TEST_CASE("an untrained model is gradient skinning, exactly")
 TEST_CASE("vertices of a deformation's own residuals are the deformation")
 {
     const Synthetic s = make_synthetic(8, 2);
-    const BodyPoser poser(s.tube);
+    const BodyPoser poser(s.tube, test::bending);
     RestCache rest(s.tube);
     const PosedBody posed = poser.pose(s.bodies.bodies[3], arm_pose(0.7, -0.2, 0.5));
     const Points deformed = bulged_tube(s.tube, posed.body(), posed.pose());  // with the skinned bone wrap
@@ -163,7 +163,7 @@ TEST_CASE("vertices of a deformation's own residuals are the deformation")
 TEST_CASE("predictions turn with the root")
 {
     const Synthetic s = make_synthetic(24, 8);
-    const BodyPoser poser(s.tube);
+    const BodyPoser poser(s.tube, test::bending);
     const Eigen::Matrix3d turn = rotation_about({1, -2, 0.7}, 2.5);
     for (const bool rotation : {true, false}) {
         NetworkOptions options = small_network();
@@ -187,7 +187,7 @@ TEST_CASE("predictions turn with the root")
 TEST_CASE("predicted determinants are positive whatever the weights")
 {
     const Synthetic s = make_synthetic(24, 8);
-    const BodyPoser poser(s.tube);
+    const BodyPoser poser(s.tube, test::bending);
     for (const char* parametrisation : {"exponential", "lu", "qr"}) {
         CAPTURE(parametrisation);
         NetworkOptions options = small_network();

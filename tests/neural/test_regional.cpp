@@ -89,6 +89,7 @@ Synthetic two_arms(int num_training, int num_validation)
                 linear_blend_skinning(rest, s.tube.volume_weights(),
                                       forward_kinematics(skeleton, body.joint_positions, pose)));
     }
+    set.posing = bending;
     s.samples = {set};
     return s;
 }

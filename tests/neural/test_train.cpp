@@ -87,7 +87,7 @@ TEST_CASE("an output space of one's own is learned like any other")
         REQUIRE(predictions.cols() == 5);
         const Eigen::Matrix3d& arm = s.poses.poses[70].parent_from_joint[standard_skeleton().joint("left_upper_arm")];
         CHECK(predictions(70, 4) == Approx(3 * arm(2, 1) - 4).margin(0.2));
-        const BodyPoser poser(s.tube);
+        const BodyPoser poser(s.tube, test::bending);
         CHECK_THROWS_WITH(model.output_space().gradients(poser.pose(s.tube.rest, s.poses.poses[0]), predictions.data()),
                           Catch::Contains("no deformation gradients"));
     }

@@ -48,7 +48,7 @@ TEST_CASE("targets are those of the output space, rounded to float16 about the n
     const NeuralModel model = s.model(small_network());
     const TrainingSet set = s.set("train", model);
     const std::vector<float> neutral = neutral_prediction(model.output_space());
-    const BodyPoser poser(s.tube);
+    const BodyPoser poser(s.tube, test::bending);
     bool rounded = false;
     for (int i = 0; i < set.size(); ++i) {
         const Body& body = s.bodies.bodies[set.pair(i).body_idx];
@@ -103,8 +103,8 @@ TEST_CASE("samples that do not fit are refused")
     s.samples[0].num_volume_vertices -= 1;
     CHECK_THROWS_AS(s.set("train", model), InputError);
     s = good;
-    s.samples[0].posing.bone_wrap = BoneWrap::lbs;
-    CHECK_THROWS_WITH(s.set("train", model), Catch::Contains("bone-wrap lbs"));
+    s.samples[0].posing.bone_wrap = BoneWrap::rigid;
+    CHECK_THROWS_WITH(s.set("train", model), Catch::Contains("bone-wrap rigid"));
 }
 
 TEST_CASE("inputs see the joints that move the volume, and the body")

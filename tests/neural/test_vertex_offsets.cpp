@@ -36,7 +36,7 @@ std::vector<float> target_of(const OutputSpace& space, const PosedBody& posed, c
 TEST_CASE("offsets are those of the rest pose, in mm")
 {
     const Synthetic s = make_synthetic(8, 2);
-    const BodyPoser poser(s.tube);
+    const BodyPoser poser(s.tube, test::bending);
     const Body& body = s.bodies.bodies[2];
     Pose pose = arm_pose(0.9, 0.3, -0.4);
     pose.parent_from_joint[0] = rotation_about({1, 2, -0.5}, 2.2);
@@ -53,7 +53,7 @@ TEST_CASE("offsets are those of the rest pose, in mm")
 TEST_CASE("vertices of a deformation's own offsets are the deformation")
 {
     const Synthetic s = make_synthetic(8, 2);
-    const BodyPoser poser(s.tube);
+    const BodyPoser poser(s.tube, test::bending);
     RestCache rest(s.tube);
     const PosedBody posed = poser.pose(s.bodies.bodies[3], arm_pose(1.4, -0.5, 0.5));
     const Points deformed = bulged_tube(s.tube, posed.body(), posed.pose());
@@ -70,7 +70,7 @@ TEST_CASE("vertices of a deformation's own offsets are the deformation")
 TEST_CASE("a full basis reproduces every training sample")
 {
     const Synthetic s = make_synthetic(20, 2);
-    const BodyPoser poser(s.tube);
+    const BodyPoser poser(s.tube, test::bending);
     const NeuralModel model = s.model(vertexnet());
     const TrainingSet set = s.set("train", model);
     const RowMatrixF basis = fit_output_bases(set, nullptr, model.output_space(), {}, vertexnet(680), 1).front();
@@ -121,7 +121,7 @@ TEST_CASE("collapsed blends are undone within bounds, others exactly")
     }
     // A forearm turned by half a circle against the upper arm: targets stay bounded.
     const Synthetic s = make_synthetic(4, 2);
-    const BodyPoser poser(s.tube);
+    const BodyPoser poser(s.tube, test::bending);
     const PosedBody posed = poser.pose(s.bodies.bodies[0], arm_pose(0, EIGEN_PI, 0));
     Points vertices = posed.skinned_volume();
     vertices.array() += 0.01;

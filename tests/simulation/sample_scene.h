@@ -2,6 +2,7 @@
 // What the tests of datasets share.
 #pragma once
 
+#include "bending_simulation.h"
 #include "ndg/simulation/sample_part.h"
 #include "ndg/simulation/simulate.h"
 #include "support/support.h"
@@ -19,7 +20,7 @@ struct SampleScene {
     BodySet bodies;
     PoseSet poses;
     Splits splits;
-    SimulationOptions options;
+    SimulationOptions options = test::bending_simulation();
     TemporaryFolder folder;
     std::string output = folder.file("samples.h5");
 

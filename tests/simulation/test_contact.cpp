@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Skin kept from skin: a tube folded onto itself.
+#include "bending_simulation.h"
 #include "ndg/geometry/triangle_crossings.h"
 #include "ndg/simulation/simulator.h"
 #include "ndg/simulation/untangle.h"
@@ -13,7 +14,7 @@ namespace {
 
 SimulationOptions with_contact(bool contact)
 {
-    SimulationOptions options;
+    SimulationOptions options = test::bending_simulation();
     options.contact.contact = contact;
     options.newton.max_iterations = 200;
     return options;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Creases brought to rest by themselves, and flesh that may not invert.
+#include "bending_simulation.h"
 #include "ndg/core/random.h"
 #include "ndg/simulation/local_relaxation.h"
 #include "ndg/simulation/simulator.h"
@@ -45,7 +46,7 @@ TEST_CASE("A disturbed spot of the skin is relaxed by itself")
 TEST_CASE("With and without relaxed creases the equilibrium is one")
 {
     const Template tube = test::tube_template(24, 12);
-    SimulationOptions options;
+    SimulationOptions options = test::bending_simulation();
     options.newton.relative_tolerance = 1e-9;
     Simulator simulator(tube, options);
     simulator.set_body(tube.rest);

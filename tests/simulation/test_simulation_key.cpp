@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What a dataset is resumed by: every option, every input, and a version that has to follow the method.
+#include "bending_simulation.h"
 #include "ndg/simulation/simulation_key.h"
 #include "support/described.h"
 #include "support/support.h"
@@ -55,7 +56,7 @@ TEST_CASE("Samples of the stored method version come out as they are stored")
     };
     const Template tube = test::tube_template();
     for (const StoredSample& sample : stored) {
-        SimulationOptions options;
+        SimulationOptions options = test::bending_simulation();
         options.material.energy = sample.energy;
         options.material.poisson_ratio = sample.poisson_ratio;
         options.newton.relative_tolerance = 1e-9;
@@ -89,7 +90,7 @@ TEST_CASE("A dataset's key knows all options and all inputs but the config file"
     Provenance provenance;
     provenance.inputs = {{"template.h5", "aa", "", false}, {"bodies.h5", "bb", "", false}};
     const std::string key = simulation_key({}, provenance);
-    SimulationOptions stiff;
+    SimulationOptions stiff = test::bending_simulation();
     stiff.material.young_fat_pascal *= 1 + 1e-15;
     CHECK(simulation_key(stiff, provenance) != key);
 

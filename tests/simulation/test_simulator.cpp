@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // An assembled body, a tube: derivatives, invariances, patch test, Newton's method.
+#include "bending_simulation.h"
 #include "ndg/core/error.h"
 #include "ndg/core/random.h"
 #include "ndg/simulation/simulator.h"
@@ -138,7 +139,7 @@ TEST_CASE("Patch test: an affine field is an equilibrium of homogeneous flesh")
 TEST_CASE("A bent tube comes to equilibrium, its energy falling with every iteration")
 {
     const Template tube = test::tube_template(12, 8);
-    Simulator simulator(tube, SimulationOptions{});
+    Simulator simulator(tube, test::bending_simulation());
     simulator.set_body(tube.rest);
     const SimulationResult result = simulator.simulate(test::tube_pose(0.9));
     REQUIRE(result.newton.converged());
@@ -158,7 +159,7 @@ TEST_CASE("A bent tube comes to equilibrium, its energy falling with every itera
         REQUIRE(simulator.objective().energy(near) > result.newton.energy_joule);
     }
     // The result does not depend on what was simulated before.
-    Simulator fresh(tube, SimulationOptions{});
+    Simulator fresh(tube, test::bending_simulation());
     fresh.set_body(tube.rest);
     fresh.simulate(test::tube_pose(-0.4));
     REQUIRE((fresh.simulate(test::tube_pose(0.9)).vertices - result.vertices).norm() == 0);
@@ -167,7 +168,7 @@ TEST_CASE("A bent tube comes to equilibrium, its energy falling with every itera
 TEST_CASE("Identity pose gives the rest shape")
 {
     const Template tube = test::tube_template(6, 6);
-    Simulator simulator(tube, SimulationOptions{});
+    Simulator simulator(tube, test::bending_simulation());
     simulator.set_body(tube.rest);
     const SimulationResult result = simulator.simulate(Pose::rest(tube.skeleton.num_joints()));
     REQUIRE(result.newton.converged());
@@ -180,7 +181,7 @@ TEST_CASE("Identity pose gives the rest shape")
 TEST_CASE("Turning the root turns the result")
 {
     const Template tube = test::tube_template(8, 6);
-    SimulationOptions options;
+    SimulationOptions options = test::bending_simulation();
     options.newton.relative_tolerance = 1e-9;
     Simulator simulator(tube, options);
     simulator.set_body(tube.rest);
@@ -199,7 +200,7 @@ TEST_CASE("Turning the root turns the result")
 TEST_CASE("A mirrored body in the mirrored pose deforms as the mirror image")
 {
     const Template tube = test::tube_template(8, 6), mirror = mirrored_tube(tube);
-    SimulationOptions options;
+    SimulationOptions options = test::bending_simulation();
     options.newton.relative_tolerance = 1e-9;
     Simulator simulator(tube, options), mirror_simulator(mirror, options);
     simulator.set_body(tube.rest);
@@ -214,7 +215,7 @@ TEST_CASE("A mirrored body in the mirrored pose deforms as the mirror image")
 TEST_CASE("Load steps lead where the direct solve is not allowed to go")
 {
     const Template tube = test::tube_template(8, 6);
-    SimulationOptions options;
+    SimulationOptions options = test::bending_simulation();
     Simulator direct(tube, options);
     direct.set_body(tube.rest);
     const SimulationResult expected = direct.simulate(test::tube_pose(0.9));

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A bent limb of two layers: the simulator's prisms, and finer ones on the same limb, against a standard finite element
 // method; and how well the equilibrium is balanced.
+#include "bending_simulation.h"
 #include "ndg/geometry/triangle_mesh.h"
 #include "ndg/simulation/simulator.h"
 #include "support/support.h"
@@ -98,7 +99,7 @@ TEST_CASE("A limb bent by 60 degrees: prisms of two layers against quadratic tet
 {
     const Template tube = limb();
     const int num_wrap = tube.num_wrap_vertices();
-    SimulationOptions options;
+    SimulationOptions options = test::bending_simulation();
     options.material = test::bare_flesh(45e3, 15e3, 0.47);
     options.newton.relative_tolerance = 1e-7;
     Simulator simulator(tube, options);
@@ -142,7 +143,7 @@ TEST_CASE("A limb bent by 60 degrees: prisms of two layers against quadratic tet
 TEST_CASE("In equilibrium the forces vanish, in newtons and against what the elements pull, and so do the bones' sums")
 {
     const Template tube = test::tube_template(12, 8);
-    SimulationOptions options;
+    SimulationOptions options = test::bending_simulation();
     options.newton.relative_tolerance = 1e-7;  // the sums below are held against what is left
     Simulator simulator(tube, options);
     simulator.set_body(tube.rest);

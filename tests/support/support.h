@@ -2,6 +2,7 @@
 // What several test executables share.
 #pragma once
 
+#include "ndg/body/posing.h"
 #include "ndg/body/template.h"
 
 #include <string>
@@ -37,6 +38,8 @@ std::string tool_path(const std::string& name);
 /// along its axis (named after standard joints: all 60 exist, only left_upper_arm and left_forearm carry weight),
 /// bone interior of tetrahedra around the axis, one embedded "bone". `rings` >= 3 rings of `segments` >= 3 vertices.
 Template tube_template(int rings = 7, int segments = 8);
+/// How the tube bends: its one bone would stay straight.
+inline constexpr PosingOptions bending{BoneWrap::lbs};
 /// A tube of segments of eight that is its own mirror image in x = 0: spine_2 below, each side's upper arm and forearm
 /// above, blended over the middle.
 Template symmetric_tube_template(int rings = 7);
