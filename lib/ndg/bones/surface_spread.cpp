@@ -88,16 +88,26 @@ SurfaceSpread::SurfaceSpread(const Eigen::Ref<const Points>& vertices, const Eig
     // Every vertex lies within one spacing of a node.
     const double blended = 1.6 * spacing;
     std::vector<std::vector<Near>> about(count);
+    std::vector<std::vector<int>> cells(nodes.size());
+    for (std::size_t v = 0; v < count; ++v) cells[node_of_[v]].push_back(int(v));
     touched_begins_.push_back(0);
     for (const int v : nodes) {
         for (const auto& [distance, w] : along.within(v, reach)) {
             if (node_at[w] >= 0) nodes_.entries.push_back({node_at[w], float(distance)});
             if (distance >= blended) continue;
             about[w].push_back({node_at[v], float(bell(distance / blended))});
-            touched_.push_back(w);
+            touched_.push_back(node_of_[w]);
         }
+        const auto first = touched_.begin() + touched_begins_.back();
+        std::sort(first, touched_.end());
+        touched_.erase(std::unique(first, touched_.end()), touched_.end());
         nodes_.begins.push_back(int(nodes_.entries.size()));
         touched_begins_.push_back(int(touched_.size()));
+    }
+    cell_begins_.push_back(0);
+    for (const std::vector<int>& cell : cells) {
+        cells_.insert(cells_.end(), cell.begin(), cell.end());
+        cell_begins_.push_back(int(cells_.size()));
     }
     for (std::vector<Near>& of_vertex : about) {
         float sum = 0.0F;
@@ -116,13 +126,13 @@ void SurfaceSpread::Pushes::reset(const SurfaceSpread& spread)
 {
     const std::size_t num_nodes = spread.nodes_.begins.size() - 1;
     spread_ = &spread;
-    if (pushed_.empty() && lengths_.size() == num_nodes && is_touched_.size() == spread.node_of_.size()) return;
+    if (pushed_.empty() && lengths_.size() == num_nodes) return;
     pushed_.clear();
     lengths_.assign(num_nodes, 0.0F);
     longest_.setZero(4, Eigen::Index(num_nodes));
     means_.setZero(4, Eigen::Index(num_nodes));
     is_near_.assign(num_nodes, 0);
-    is_touched_.assign(spread.node_of_.size(), 0);
+    is_touched_.assign(num_nodes, 0);
 }
 
 void SurfaceSpread::Pushes::add(int vertex, const Eigen::Vector3f& push)
@@ -153,28 +163,31 @@ const std::vector<int>& SurfaceSpread::spread(Pushes& pushes, int width_idx, Poi
     for (const int node : pushes.near_) {
         means.col(node) /= node_weights_(node, width_idx);
         for (int k = touched_begins_[node]; k < touched_begins_[node + 1]; ++k) {
-            const int v = touched_[k];
-            if (pushes.is_touched_[v] == 0) pushes.touched_.push_back(v);
-            pushes.is_touched_[v] = 1;
+            if (pushes.is_touched_[touched_[k]] == 0) pushes.touched_.push_back(touched_[k]);
+            pushes.is_touched_[touched_[k]] = 1;
         }
     }
-    const std::vector<int>& touched = pushes.touched_;
-#pragma omp parallel for schedule(static) if (touched.size() > 512)
-    for (std::size_t i = 0; i < touched.size(); ++i) {
-        const int v = touched[i];
+    std::vector<int>& moved = pushes.moved_;
+    moved.clear();
+    for (const int node : pushes.touched_) {
+        moved.insert(moved.end(), cells_.begin() + cell_begins_[node], cells_.begin() + cell_begins_[node + 1]);
+        pushes.is_touched_[node] = 0;
+    }
+#pragma omp parallel for schedule(static) if (moved.size() > 512)
+    for (std::size_t i = 0; i < moved.size(); ++i) {
+        const int v = moved[i];
         Eigen::Vector4f shift = Eigen::Vector4f::Zero();
         for (int k = vertices_.begins[v]; k < vertices_.begins[v + 1]; ++k)
             shift += vertices_.entries[k].value * means.col(vertices_.entries[k].index);
         surface.col(v) += shift;
     }
-    for (const int v : touched) pushes.is_touched_[v] = 0;
     for (const int node : pushes.near_) {
         pushes.is_near_[node] = 0;
         means.col(node).setZero();
     }
     for (const int node : pushes.pushed_) pushes.lengths_[node] = 0.0F;
     pushes.pushed_.clear();
-    return touched;
+    return moved;
 }
 
 }  // namespace ndg

@@ -35,10 +35,11 @@ public:
     private:
         friend class SurfaceSpread;
         const SurfaceSpread* spread_ = nullptr;
-        std::vector<int> pushed_, near_, touched_;  ///< nodes, nodes, vertices
+        std::vector<int> pushed_, near_, touched_;  ///< nodes, nodes, nodes of cells
+        std::vector<int> moved_;                    ///< vertices
         std::vector<float> lengths_;                ///< of each node, squared
         PointColumnsF longest_, means_;             ///< of each node; zero between calls
-        std::vector<char> is_near_, is_touched_;    ///< of nodes, of vertices; 0 between calls
+        std::vector<char> is_near_, is_touched_;    ///< of nodes; 0 between calls
     };
 
     /// Moves `surface` (4 x N): each node takes the mean of the pushes of the nodes within a width, the nearer ones
@@ -60,7 +61,9 @@ private:
     Lists nodes_;                   ///< of each node the nodes within reach with their distances, the nearest first
     Eigen::MatrixXf node_weights_;  ///< of each width (column) and node: the sum of the weights of all nodes about it
     Lists vertices_;                ///< of each vertex the nodes about it with their weights
-    std::vector<int> touched_begins_;  ///< of each node: the vertices that it has a part in
+    std::vector<int> cell_begins_;  ///< of each node: the vertices that it is the nearest of
+    std::vector<int> cells_;
+    std::vector<int> touched_begins_;  ///< of each node: the nodes in whose cells it has a part
     std::vector<int> touched_;
 };
 

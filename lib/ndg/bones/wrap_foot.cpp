@@ -23,11 +23,14 @@ Eigen::Vector3f area_normal(const SurfaceNeighbours& surface, const PointColumns
     return (corner(wrap, triangle[1]) - a).cross(corner(wrap, triangle[2]) - a);
 }
 
-/// The place nearest to a point as found by going down over the wrap from a triangle.
+constexpr double on_edge = 1e-6;  ///< barycentric
+
+/// The place nearest to a point as found by going down over the wrap from a triangle: over the edge or around the
+/// corner on which the nearest place of the triangle at hand lies.
 WrapFoot nearest_foot(const SurfaceNeighbours& surface, const PointColumnsF& wrap, const Eigen::Vector3f& point,
                       int start)
 {
-    constexpr int most_steps = 12;
+    constexpr int most_steps = 16;
     const auto closest_on = [&](int t) {
         const auto triangle = surface.triangles.row(t);
         ClosestPoint closest = closest_point_on_triangle(point.cast<double>(), corner(wrap, triangle[0]).cast<double>(),
@@ -37,16 +40,25 @@ WrapFoot nearest_foot(const SurfaceNeighbours& surface, const PointColumnsF& wra
         return closest;
     };
     ClosestPoint best = closest_on(start);
-    for (int step = 0, centre = -1; step < most_steps && centre != best.triangle_idx; ++step) {
-        centre = best.triangle_idx;
-        for (int c = 0; c < 3; ++c)
-            for (const int t : surface.triangles_of[surface.triangles(centre, c)]) {
-                if (t == centre) continue;
-                const ClosestPoint other = closest_on(t);
-                if (other.distance < best.distance) best = other;
-            }
+    for (int step = 0; step < most_steps; ++step) {
+        const ClosestPoint here = best;
+        const auto look_at = [&](int t) {
+            if (t < 0 || t == here.triangle_idx) return;
+            const ClosestPoint other = closest_on(t);
+            if (other.distance < best.distance) best = other;
+        };
+        int away = 0, heaviest = 0;
+        for (int c = 0; c < 3; ++c) {
+            away += here.barycentric[c] < on_edge;
+            if (here.barycentric[c] > here.barycentric[heaviest]) heaviest = c;
+        }
+        if (away == 0) break;
+        for (int c = 0; away == 1 && c < 3; ++c)
+            if (here.barycentric[c] < on_edge) look_at(surface.beside[here.triangle_idx][std::size_t(c)]);
+        if (away == 2)
+            for (const int t : surface.triangles_of[surface.triangles(here.triangle_idx, heaviest)]) look_at(t);
+        if (best.triangle_idx == here.triangle_idx) break;
     }
-    constexpr double on_edge = 1e-6;
     const auto corners = surface.triangles.row(best.triangle_idx);
     Eigen::Vector3f normal = area_normal(surface, wrap, best.triangle_idx);
     if (best.barycentric.minCoeff() < on_edge) {
