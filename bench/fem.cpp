@@ -157,7 +157,7 @@ int main(int argc, char** argv)
     std::string template_path, bodies_path, poses_path, output;
     int num_bodies = 3, num_poses = 10, rings = 100, num_plain = 0;
     SimulationOptions options;
-    tool.input("template", template_path, "template; the built-in tube without it", false);
+    tool.input("template", template_path, "template; without it the built-in tube, bent by linear blend skinning", false);
     tool.input("bodies", bodies_path, "bodies; the template's own without it", false);
     tool.input("poses", poses_path, "poses, of which those that bend furthest are taken first", false);
     tool.parameter("body-count", num_bodies, "bodies, spread over those given", 1, 100000);
@@ -170,6 +170,7 @@ int main(int argc, char** argv)
         set_num_threads(1);
         omp_set_max_active_levels(0);  // CHOLMOD's own parallel sections too
         const Case bench = read_case(template_path, bodies_path, poses_path, num_bodies, num_poses, rings);
+        if (template_path.empty()) options.posing = test::bending;
         Simulator simulator(bench.body_template, options);
         std::vector<double> seconds, iterations, factorizations;
         NewtonTimes times;

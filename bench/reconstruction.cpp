@@ -39,7 +39,7 @@ int main(int argc, char** argv)
         omp_set_max_active_levels(0);  // CHOLMOD's own parallel sections too
         const Template body_template =
             template_path.empty() ? test::tube_template(rings, 16) : read_template(template_path);
-        const BodyPoser poser(body_template);
+        const BodyPoser poser(body_template, template_path.empty() ? test::bending : PosingOptions{});
         const Body& body = body_template.rest;
 
         auto start = std::chrono::steady_clock::now();
