@@ -112,3 +112,36 @@ TEST_CASE("Spread weights stay weights and grow no new bones far away")
     }
     CHECK(shared > 2 * 12);
 }
+
+TEST_CASE("Weights are spread along the surface by the asked standard deviation")
+{
+    constexpr int rings = 85, segments = 16;  // edges as long along the tube as around it
+    constexpr double spread = 0.05;
+    const Template tube = test::tube_template(rings, segments);
+    const int num_wrap = tube.num_wrap_vertices();
+    const Points wrap = tube.rest.volume_vertices.topRows(num_wrap);
+    BoneWeights sharp{{0}, {}, {}};
+    for (int v = 0; v < num_wrap; ++v) {
+        sharp.segments.push_back(v / segments < rings / 2 ? 0 : 1);
+        sharp.weights.push_back(1.0);
+        sharp.begins.push_back(v + 1);
+    }
+    const BoneWeights smooth = smoothed_weights(sharp, wrap, tube.wrap_triangles, spread);
+    // A step spread by a distribution rises as that does: the variance of its rise is the distribution's.
+    std::vector<double> second(rings, 0.0);
+    for (int ring = 0; ring < rings; ++ring) {
+        const int v = ring * segments;
+        for (int k = smooth.begins[v]; k < smooth.begins[v + 1]; ++k)
+            if (smooth.segments[k] == 1) second[ring] = smooth.weights[k];
+    }
+    double rise = 0, mean = 0, square = 0;
+    for (int ring = 1; ring < rings; ++ring) {
+        const double step = second[ring] - second[ring - 1],
+                     y = 0.5 * (wrap(ring * segments, 1) + wrap((ring - 1) * segments, 1));
+        rise += step;
+        mean += step * y;
+        square += step * y * y;
+    }
+    CHECK(rise == Approx(1));
+    CHECK(std::sqrt(square - mean * mean) == Approx(spread).epsilon(0.1));
+}

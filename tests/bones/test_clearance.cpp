@@ -8,23 +8,34 @@
 
 using namespace ndg;
 
+namespace {
+
+/// The same bone twice, as two segments that every vertex of the wrap belongs to.
+struct TwoBones {
+    explicit TwoBones(const Template& tube) : list(tube)
+    {
+        list.bones.push_back(list.bones.front());
+        list.bones.back().segment = 1;
+        list.num_segments = 2;
+        for (int v = 0; v < tube.num_wrap_vertices(); ++v) {
+            halves.segments.insert(halves.segments.end(), {0, 1});
+            halves.weights.insert(halves.weights.end(), {0.5, 0.5});
+            halves.begins.push_back(2 * (v + 1));
+        }
+    }
+
+    BoneList list;
+    BoneWeights halves{{0}, {}, {}};
+};
+
+}  // namespace
+
 TEST_CASE("The wrap at rest stays, and gives way outwards to a bone that comes through")
 {
     const Template tube = test::tube_template(21, 16);
-    const BoneList one(tube);
-    // The same surface twice, as two segments that every vertex of the wrap belongs to.
-    BoneList two = one;
-    two.bones.push_back(two.bones.front());
-    two.bones.back().segment = 1;
-    two.num_segments = 2;
     const Points wrap = tube.rest.volume_vertices.topRows(tube.num_wrap_vertices());
-    BoneWeights halves{{0}, {}, {}};
-    for (int v = 0; v < tube.num_wrap_vertices(); ++v) {
-        halves.segments.insert(halves.segments.end(), {0, 1});
-        halves.weights.insert(halves.weights.end(), {0.5, 0.5});
-        halves.begins.push_back(2 * (v + 1));
-    }
-    const WrapPeaks peaks(two, tube, halves);
+    const TwoBones two(tube);
+    const WrapPeaks peaks(two.list, tube, two.halves);
     const BoneClearance clearance(peaks, tube.anatomy_vertices, wrap);
 
     std::vector<Eigen::Isometry3d> motions(2, Eigen::Isometry3d::Identity());
@@ -61,6 +72,33 @@ TEST_CASE("The wrap at rest stays, and gives way outwards to a bone that comes t
     }
     const TriangleTree tree(posed, tube.wrap_triangles);
     for (Eigen::Index v = 0; v < bone.rows(); ++v) {
+        const Eigen::Vector3d point = motions[1] * bone.row(v).transpose();
+        if (std::abs(point.y() - height) < 0.2) CHECK(tree.signed_distance(point) < 0.001);
+    }
+}
+
+TEST_CASE("A thin bone does not come through the side of the wrap that it is farther from at rest")
+{
+    Template tube = test::tube_template(21, 16);
+    const int num_wrap = tube.num_wrap_vertices(), num_bone = tube.anatomy_parts.front().vertex_end;
+    // A flat wrap, 12 mm to both sides, and in it a plate of 2 mm nearer to the one side.
+    auto wrap_rows = tube.rest.volume_vertices.topRows(num_wrap);
+    wrap_rows.col(0) *= 0.012 / wrap_rows.col(0).maxCoeff();
+    auto bone = tube.anatomy_vertices.topRows(num_bone);
+    bone.col(0) *= 0.001 / bone.col(0).maxCoeff();
+    bone.col(0).array() += 0.004;
+    const Points wrap = wrap_rows;
+    const TwoBones two(tube);
+    const WrapPeaks peaks(two.list, tube, two.halves);
+    const BoneClearance clearance(peaks, tube.anatomy_vertices, wrap);
+
+    std::vector<Eigen::Isometry3d> motions(2, Eigen::Isometry3d::Identity());
+    motions[1].translation().x() = -0.018;  // out by 3 mm on the other side
+    Points posed = wrap;
+    clearance.push_out(motions, posed);
+    const TriangleTree tree(posed, tube.wrap_triangles);
+    const double height = 0.5 * (wrap.col(1).minCoeff() + wrap.col(1).maxCoeff());
+    for (int v = 0; v < num_bone; ++v) {
         const Eigen::Vector3d point = motions[1] * bone.row(v).transpose();
         if (std::abs(point.y() - height) < 0.2) CHECK(tree.signed_distance(point) < 0.001);
     }
