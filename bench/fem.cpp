@@ -157,7 +157,8 @@ int main(int argc, char** argv)
     std::string template_path, bodies_path, poses_path, output;
     int num_bodies = 3, num_poses = 10, rings = 100, num_plain = 0;
     SimulationOptions options;
-    tool.input("template", template_path, "template; without it the built-in tube, bent by linear blend skinning", false);
+    tool.input("template", template_path, "template; without it the built-in tube, bent by linear blend skinning",
+               false);
     tool.input("bodies", bodies_path, "bodies; the template's own without it", false);
     tool.input("poses", poses_path, "poses, of which those that bend furthest are taken first", false);
     tool.parameter("body-count", num_bodies, "bodies, spread over those given", 1, 100000);
