@@ -51,6 +51,17 @@ inline Pose arm_pose(double bend, double twist, double raise)
     return pose;
 }
 
+/// The spine and both arms turned by up to 0.8 rad about any axes.
+inline Pose two_arm_pose(Random& random)
+{
+    const Skeleton& skeleton = standard_skeleton();
+    Pose pose = Pose::rest(skeleton.num_joints());
+    for (const char* joint : {"spine_2", "left_upper_arm", "right_upper_arm", "left_forearm", "right_forearm"})
+        pose.parent_from_joint[skeleton.joint(joint)] =
+            rotation_about({random.normal(), random.normal(), random.normal()}, random.uniform(0, 0.8));
+    return pose;
+}
+
 /// Thickness and height scaled.
 inline Body scaled_tube(const Template& tube, double thickness, double height)
 {
@@ -78,6 +89,26 @@ inline Points bulged_tube(const Template& tube, const Body& body, const Pose& po
     return linear_blend_skinning(rest, weights, forward_kinematics(skeleton, body.joint_positions, pose));
 }
 
+/// A tube that is its own mirror image and bends as two arms, without bodies, poses and samples.
+inline Synthetic two_sided_tube()
+{
+    set_num_threads(1);  // steps this small only wait for each other on several
+    Synthetic s;
+    s.tube = symmetric_tube_template(9);
+    s.tube.file_sha256 = s.bodies.template_sha256 = "tube";
+    return s;
+}
+
+/// No samples yet, of the tube as it bends.
+inline DeformationSet no_samples(const Template& tube)
+{
+    DeformationSet set;
+    set.method = "FEM";
+    set.num_volume_vertices = tube.num_volume_vertices();
+    set.posing = bending;
+    return set;
+}
+
 inline Synthetic make_synthetic(int num_training = 96, int num_validation = 24)
 {
     set_num_threads(1);  // steps this small only wait for each other on several
@@ -92,9 +123,7 @@ inline Synthetic make_synthetic(int num_training = 96, int num_validation = 24)
     std::vector<const Points*> shapes;
     for (int i = 0; i < 6; ++i) shapes.push_back(&s.bodies.bodies[i].volume_vertices);
     s.shape_space = fit_shape_space(shapes, 2, 1.0);
-    DeformationSet set;
-    set.method = "FEM";
-    set.num_volume_vertices = s.tube.num_volume_vertices();
+    DeformationSet set = no_samples(s.tube);
     for (int i = 0; i < num_training + num_validation; ++i) {
         const bool held_out = i >= num_training;
         const int body_idx = held_out ? 6 + i % 2 : i % 6;
@@ -104,7 +133,6 @@ inline Synthetic make_synthetic(int num_training = 96, int num_validation = 24)
                 bulged_tube(s.tube, s.bodies.bodies[body_idx], s.poses.poses.back()));
         set.statistics["converged"].push_back(1.0);
     }
-    set.posing = bending;
     s.samples = {set};
     return s;
 }

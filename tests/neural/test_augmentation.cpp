@@ -35,13 +35,9 @@ Points bulged(const Template& tube, const Body& body, const Pose& pose)
 
 Mirrored make_mirrored(int num_pairs)
 {
-    set_num_threads(1);
     Mirrored m;
-    Synthetic& s = m.s;
-    s.tube = symmetric_tube_template(9);
-    s.tube.file_sha256 = "tube";
+    Synthetic& s = m.s = two_sided_tube();
     m.mirror = find_mirror(s.tube);
-    const Skeleton& skeleton = s.tube.skeleton;
     Random random(9, "mirrored");
     for (int i = 0; i < 4; ++i) {
         Body body = s.tube.rest;
@@ -55,13 +51,9 @@ Mirrored make_mirrored(int num_pairs)
     std::vector<const Points*> shapes;
     for (const Body& body : s.bodies.bodies) shapes.push_back(&body.volume_vertices);
     s.shape_space = fit_shape_space(shapes, 3, 1.0);
-    DeformationSet set;
-    set.num_volume_vertices = s.tube.num_volume_vertices();
+    DeformationSet set = no_samples(s.tube);
     for (int i = 0; i < num_pairs; ++i) {
-        Pose pose = Pose::rest(skeleton.num_joints());
-        for (const char* joint : {"spine_2", "left_upper_arm", "right_upper_arm", "left_forearm", "right_forearm"})
-            pose.parent_from_joint[skeleton.joint(joint)] =
-                rotation_about({random.normal(), random.normal(), random.normal()}, random.uniform(0, 0.8));
+        const Pose pose = two_arm_pose(random);
         s.poses.poses.push_back(pose);
         s.poses.poses.push_back(m.mirror.mirrored(pose));
         for (int side = 0; side < 2; ++side) {
@@ -69,7 +61,6 @@ Mirrored make_mirrored(int num_pairs)
             set.add({body_idx, pose_idx}, "train", bulged(s.tube, s.bodies.bodies[body_idx], s.poses.poses[pose_idx]));
         }
     }
-    set.posing = bending;
     s.samples = {set};
     return m;
 }

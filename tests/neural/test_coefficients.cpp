@@ -19,30 +19,21 @@ namespace {
 /// Poses of both arms of three bodies; nothing about them is symmetric.
 Synthetic asymmetric_samples(int count)
 {
-    Synthetic s = make_synthetic(1, 1);
-    s.tube = symmetric_tube_template(9);
-    s.tube.file_sha256 = "tube";
-    const Skeleton& skeleton = s.tube.skeleton;
+    Synthetic s = two_sided_tube();
     std::vector<Body> bodies;
     for (int i = 0; i < 3; ++i) bodies.push_back(scaled_tube(s.tube, 1 + 0.1 * i, 1 - 0.05 * i));
     s.bodies.bodies = bodies;
     s.shape_space = fit_shape_space({&s.bodies.bodies[0].volume_vertices, &s.bodies.bodies[1].volume_vertices}, 1, 1.0);
-    s.poses.poses.clear();
-    DeformationSet set;
-    set.num_volume_vertices = s.tube.num_volume_vertices();
+    DeformationSet set = no_samples(s.tube);
     Random random(4, "coefficients");
     for (int i = 0; i < count; ++i) {
-        Pose pose = Pose::rest(skeleton.num_joints());
-        for (const char* joint : {"spine_2", "left_upper_arm", "right_upper_arm", "left_forearm", "right_forearm"})
-            pose.parent_from_joint[skeleton.joint(joint)] =
-                rotation_about({random.normal(), random.normal(), random.normal()}, random.uniform(0, 0.8));
+        const Pose pose = two_arm_pose(random);
         s.poses.poses.push_back(pose);
         Body sheared = s.bodies.bodies[i % 3];
         for (Eigen::Index v = s.tube.num_wrap_vertices(); v < sheared.volume_vertices.rows(); ++v)
             sheared.volume_vertices(v, 2) += 0.2 * random.normal() * std::max(0.0, sheared.volume_vertices(v, 0));
         set.add({i % 3, i}, "train", bulged_tube(s.tube, sheared, pose));
     }
-    set.posing = bending;
     s.samples = {set};
     return s;
 }

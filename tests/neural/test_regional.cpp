@@ -61,17 +61,13 @@ struct KeptGradients : GradientSink {
 /// Poses of both arms and the spine: the flesh on either side bulges with its own forearm only.
 Synthetic two_arms(int num_training, int num_validation)
 {
-    Synthetic s = make_synthetic(1, 1);
-    s.tube = symmetric_tube_template(9);
-    s.tube.file_sha256 = "tube";
+    Synthetic s = two_sided_tube();
     const Skeleton& skeleton = s.tube.skeleton;
     std::vector<Body> bodies = {s.tube.rest, s.tube.rest};
     bodies[1].volume_vertices *= 1.1;
     s.bodies.bodies = bodies;
     s.shape_space = fit_shape_space({&s.bodies.bodies[0].volume_vertices, &s.bodies.bodies[1].volume_vertices}, 1, 1.0);
-    s.poses.poses.clear();
-    DeformationSet set;
-    set.num_volume_vertices = s.tube.num_volume_vertices();
+    DeformationSet set = no_samples(s.tube);
     Random random(8, "two arms");
     for (int i = 0; i < num_training + num_validation; ++i) {
         Pose pose = Pose::rest(skeleton.num_joints());
@@ -89,7 +85,6 @@ Synthetic two_arms(int num_training, int num_validation)
                 linear_blend_skinning(rest, s.tube.volume_weights(),
                                       forward_kinematics(skeleton, body.joint_positions, pose)));
     }
-    set.posing = bending;
     s.samples = {set};
     return s;
 }

@@ -57,16 +57,15 @@ std::string method_name(const NetworkOptions& options)
 {
     const bool vertices = options.output_space == "vertex-offsets";
     std::vector<std::string> changes;
+    if (options.region_reach > 0) changes.emplace_back("regional");
     if (!vertices) {
-        if (options.region_reach > 0) changes.emplace_back("regional");
         if (options.output_basis > 0) changes.emplace_back("fixed basis");
         if (options.parametrisation == ParametrisationKind::direct) changes.emplace_back("no matrix exp");
         if (options.parametrisation == ParametrisationKind::lu) changes.emplace_back("LU");
         if (options.parametrisation == ParametrisationKind::qr) changes.emplace_back("QR");
         if (!options.rotation) changes.emplace_back("no rotation");
-    } else {
-        if (options.region_reach > 0) changes.emplace_back("regional");
-        if (options.output_basis == 0) changes.emplace_back("no PCA");
+    } else if (options.output_basis == 0) {
+        changes.emplace_back("no PCA");
     }
     if (!options.shape) changes.emplace_back("no body shape");
     const char* name = vertices ? "VertexNet" : "NDG";
