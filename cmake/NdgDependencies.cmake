@@ -47,8 +47,11 @@ ndg_external(catch2 INCLUDES ${CATCH2_INCLUDE_DIR})
 if(NDG_WITH_TORCH)
   find_package(Torch REQUIRED)
   ndg_external(torch INCLUDES ${TORCH_INCLUDE_DIRS} LIBRARIES ${TORCH_LIBRARIES})
-  # The same library that libtorch links: oneDNN, for products in float32 and bfloat16.
-  find_path(DNNL_INCLUDE_DIR oneapi/dnnl/dnnl.hpp REQUIRED)
-  find_library(DNNL_LIBRARY dnnl REQUIRED)
-  ndg_external(dnnl INCLUDES ${DNNL_INCLUDE_DIR} LIBRARIES ${DNNL_LIBRARY})
+  # The library that Debian's libtorch links: oneDNN, for products in float32 and bfloat16. A libtorch with CUDA brings
+  # one of its own, beside which it must not be linked.
+  if(NOT TORCH_CUDA_LIBRARIES)
+    find_path(DNNL_INCLUDE_DIR oneapi/dnnl/dnnl.hpp REQUIRED)
+    find_library(DNNL_LIBRARY dnnl REQUIRED)
+    ndg_external(dnnl INCLUDES ${DNNL_INCLUDE_DIR} LIBRARIES ${DNNL_LIBRARY} DEFINITIONS NDG_WITH_DNNL)
+  endif()
 endif()

@@ -23,7 +23,10 @@ struct Synthetic {
     std::vector<DeformationSet> samples;
     ShapeSpace shape_space;
 
-    NeuralModel model(const NetworkOptions& options) const { return NeuralModel(options, shape_space, tube, 5); }
+    NeuralModel model(const NetworkOptions& options, Device device = Device::cpu) const
+    {
+        return NeuralModel(options, shape_space, tube, 5, device);
+    }
     TrainingSet set(const std::string& split, const NeuralModel& model, double cache_gigabytes = 1.0,
                     int max_samples = 0) const
     {

@@ -6,6 +6,7 @@
 #include "ndg/core/threads.h"
 #include "ndg/core/types.h"
 #include "ndg/neural/parametrisation.h"
+#include "ndg/neural/tensor_exponential.h"
 
 #include <cmath>
 #include <limits>
@@ -67,6 +68,23 @@ TEST_CASE("exponential and adjoint agree with torch::matrix_exp")
         compare_with_torch<double>(norm, 1e-12 * std::max(1.0, norm));
         compare_with_torch<float>(norm, 2e-6 * std::max(1.0, norm));
     }
+}
+
+TEST_CASE("exponentials in tensor operations and their derivatives are those of the kernel")
+{
+    for (const double norm : {0.0, 1e-4, 0.3, 1.0, 4.0, 12.0}) {
+        CAPTURE(norm);
+        const std::vector<float> q = random_matrices<float>(101, norm), weights = random_matrices<float>(101, 1.7);
+        std::vector<float> exponentials(q.size()), gradients(q.size());
+        matrix_exponential(q.data(), 101, exponentials.data());
+        matrix_exponential_adjoint(q.data(), weights.data(), 101, gradients.data());
+        const torch::Tensor input = as_tensor(q).reshape({101, 9}).requires_grad_();
+        const torch::Tensor value = tensor_exponential(input);
+        (value * as_tensor(weights).reshape({101, 9})).sum().backward();
+        CHECK(relative_difference(value.detach().reshape({101, 3, 3}), exponentials) < 1e-6 * std::max(1.0, norm));
+        CHECK(relative_difference(input.grad().reshape({101, 3, 3}), gradients) < 1e-6 * std::max(1.0, norm));
+    }
+    CHECK(tensor_exponential(torch::empty({0, 9})).numel() == 0);
 }
 
 TEST_CASE("exponential of zero is the identity and of a skew matrix a rotation")

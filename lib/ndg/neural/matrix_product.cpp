@@ -3,13 +3,17 @@
 
 #include "ndg/core/error.h"
 
+#ifdef NDG_WITH_DNNL
 #include <omp.h>
 #include <oneapi/dnnl/dnnl.hpp>
 
 #include <array>
 #include <map>
+#endif
 
 namespace ndg {
+
+#ifdef NDG_WITH_DNNL
 namespace {
 
 const dnnl::engine& processor()
@@ -73,12 +77,8 @@ Prepared& prepare(const torch::Tensor& a, const torch::Tensor& b, Into into)
     return all.try_emplace(key, a, b, into).first->second;
 }
 
-}  // namespace
-
-void product(const torch::Tensor& a, const torch::Tensor& b, float* result, Into into)
+void run(const torch::Tensor& a, const torch::Tensor& b, float* result, Into into)
 {
-    require(a.size(1) == b.size(0) && a.scalar_type() == b.scalar_type(),
-            "A matrix of {} x {} was to be multiplied by one of {} x {}", a.size(0), a.size(1), b.size(0), b.size(1));
     Prepared& prepared = prepare(a, b, into);
     prepared.a.set_data_handle(a.data_ptr());
     prepared.b.set_data_handle(b.data_ptr());
@@ -89,6 +89,32 @@ void product(const torch::Tensor& a, const torch::Tensor& b, float* result, Into
                                         {DNNL_ARG_DST, prepared.result},
                                         {DNNL_ARG_SCRATCHPAD, prepared.scratchpad}});
     stream.wait();
+}
+
+}  // namespace
+#else
+namespace {
+
+void run(const torch::Tensor& a, const torch::Tensor& b, float* result, Into into)
+{
+    torch::Tensor sums = torch::from_blob(result, {a.size(0), b.size(1)}, torch::kFloat32);
+    if (a.scalar_type() == torch::kFloat32)
+        sums.addmm_(a, b, into == Into::add ? 1 : 0);
+    else if (into == Into::add)
+        sums.add_(torch::mm(a, b));
+    else
+        sums.copy_(torch::mm(a, b));
+}
+
+}  // namespace
+#endif
+
+void product(const torch::Tensor& a, const torch::Tensor& b, float* result, Into into)
+{
+    require(a.size(1) == b.size(0) && a.scalar_type() == b.scalar_type(),
+            "A matrix of {} x {} was to be multiplied by one of {} x {}", a.size(0), a.size(1), b.size(0), b.size(1));
+    const torch::NoGradGuard no_grad;
+    run(a, b, result, into);
 }
 
 torch::Tensor product(const torch::Tensor& a, const torch::Tensor& b)

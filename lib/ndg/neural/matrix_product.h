@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Internal to this module (includes libtorch): products of batches with a layer's matrix. On the CPU by oneDNN, whose
-// kernels are made for the processor at run time; libtorch's own float32 products are those of OpenBLAS.
+// kernels are made for the processor at run time; the float32 products of Debian's libtorch are those of OpenBLAS.
+// A libtorch with CUDA brings a oneDNN of its own, beside which no other may be linked: there, products are libtorch's.
 #pragma once
 
 #include <torch/types.h>

@@ -3,6 +3,7 @@
 
 #include "ndg/core/error.h"
 #include "ndg/neural/matrix_exponential.h"
+#include "ndg/neural/tensor_exponential.h"
 
 #include <torch/csrc/autograd/custom_function.h>
 #include <Eigen/Geometry>
@@ -122,7 +123,7 @@ const Parametrisation& find_parametrisation(ParametrisationKind kind)
 torch::Tensor differentiable_exponential(const torch::Tensor& matrices)
 {
     if (matrices.device().is_cpu()) return ExponentialFunction::apply(matrices);
-    return torch::matrix_exp(matrices.reshape({-1, 3, 3})).reshape(matrices.sizes());
+    return tensor_exponential(matrices);
 }
 
 }  // namespace ndg

@@ -21,7 +21,7 @@ struct Parametrisation {
 const Parametrisation& find_parametrisation(ParametrisationKind kind);
 
 /// exp of each 3 x 3 block of a (..., 9) float tensor, differentiable. Our own kernel on the CPU, where
-/// torch::matrix_exp takes ten times as long and more; torch::matrix_exp elsewhere.
+/// torch::matrix_exp takes ten times as long and more; tensor_exponential elsewhere.
 torch::Tensor differentiable_exponential(const torch::Tensor& matrices);
 
 }  // namespace ndg

@@ -11,12 +11,14 @@
 
 namespace ndg {
 
-TargetLoader::TargetLoader(MakeTarget make_target, int width, std::vector<int> order, int batch_size, int first_batch)
+TargetLoader::TargetLoader(MakeTarget make_target, int width, std::vector<int> order, int batch_size, int first_batch,
+                           Device device)
     : make_target_(std::move(make_target)),
       width_(width),
       order_(std::move(order)),
       batch_size_(static_cast<std::size_t>(batch_size)),
-      position_(std::min(order_.size(), batch_size_ * static_cast<std::size_t>(first_batch)))
+      position_(std::min(order_.size(), batch_size_ * static_cast<std::size_t>(first_batch))),
+      page_locked_(device != Device::cpu)
 {
     begin();
 }
@@ -35,7 +37,8 @@ void TargetLoader::begin()
                           order_.begin() + static_cast<std::ptrdiff_t>(end));
     position_ = end;
     if (ahead_.samples.empty()) return;
-    ahead_.targets = torch::empty({static_cast<std::int64_t>(ahead_.samples.size()), width_}, torch::kFloat32);
+    ahead_.targets = torch::empty({static_cast<std::int64_t>(ahead_.samples.size()), width_},
+                                  torch::TensorOptions(torch::kFloat32).pinned_memory(page_locked_));
     float* targets = ahead_.targets.data_ptr<float>();
     const int parts = num_threads();
     for (int part = 0; part < parts; ++part) {

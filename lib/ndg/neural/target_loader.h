@@ -2,6 +2,8 @@
 // Internal to this module (includes libtorch): targets of the batches to come, made while a step runs.
 #pragma once
 
+#include "ndg/neural/options.h"
+
 #include <torch/types.h>
 
 #include <functional>
@@ -17,8 +19,10 @@ public:
     /// Writes the target of a sample; called by several threads at once.
     using MakeTarget = std::function<void(int sample_idx, float* target)>;
 
-    /// Batches of `order` from number `first_batch` on; the last may be smaller. `width`: numbers of a target.
-    TargetLoader(MakeTarget make_target, int width, std::vector<int> order, int batch_size, int first_batch = 0);
+    /// Batches of `order` from number `first_batch` on; the last may be smaller. `width`: numbers of a target. For a
+    /// device other than the CPU they lie in page-locked memory, from which they are copied at full speed.
+    TargetLoader(MakeTarget make_target, int width, std::vector<int> order, int batch_size, int first_batch,
+                 Device device);
     /// Waits for what was begun.
     ~TargetLoader();
 
@@ -39,6 +43,7 @@ private:
     std::int64_t width_;
     std::vector<int> order_;
     std::size_t batch_size_, position_;
+    bool page_locked_;
     Pending ahead_;
 };
 

@@ -60,7 +60,7 @@ private:
     double batch_learning_rate() const;
     /// Rows of features of some samples, as they are or with noise and changes.
     RowMatrixF inputs_of(const TrainingSet& set, const std::vector<int>& samples, bool augmented) const;
-    Tensor on_device(const Tensor& tensor) const { return tensor.to(torch_device(model_.device)); }
+    Tensor on_device(const Tensor& tensor) const { return tensor.to(torch_device(model_.device), true); }
     /// The tensors that a checkpoint holds are those in use.
     void keep_state();
     void save_checkpoint();
@@ -139,7 +139,7 @@ Trainer::Losses Trainer::validation_losses() const
     std::vector<int> order(num_samples);
     std::iota(order.begin(), order.end(), 0);
     TargetLoader loader([&](int sample_idx, float* target) { objective.target(sample_idx, {}, target); },
-                        objective.width(), order, options_.batch_size);
+                        objective.width(), order, options_.batch_size, 0, model_.device);
     for (int done = 0; done < num_samples;) {
         const TargetLoader::Batch batch = loader.next();
         const Tensor targets = on_device(batch.targets);
@@ -285,7 +285,7 @@ void Trainer::train_epoch()
             },
             training_objective_->width(),
             Random(options_.seed, "shuffle", static_cast<std::uint64_t>(state_.epoch)).permutation(training_.size()),
-            options_.batch_size, state_.batch);
+            options_.batch_size, state_.batch, model_.device);
         while (state_.batch < batches_per_epoch()) {
             train_batch(loader.next());
             if (state_.batch < batches_per_epoch()) save_if_due();
