@@ -21,10 +21,10 @@ define CURVE_POINT
 $(OUT)/curve/$(1)-$(2)-model.h5: $(BODY_DEPS) $(OUT)/fem.h5 $(OUT)/shape_space.h5 $(call OPTIONS_OF,train-ndg)
 	@mkdir -p $(OUT)/curve && rm -f $$@
 	$(STAGE) train-$(1)-$(2) $(BIN)/train-ndg --config $(CONFIG) $(BODY_FILES) --samples $(OUT)/fem.h5 \
-	    --shape-space $(OUT)/shape_space.h5 $(TRAIN_$(1)) --max-samples $(2) --output $$@
+	    --shape-space $(OUT)/shape_space.h5 $(TRAIN_$(1)) $(ON_DEVICE) --max-samples $(2) --output $$@
 $(OUT)/curve/$(1)-$(2).h5: $(BODY_DEPS) $(OUT)/splits.h5 $(OUT)/curve/$(1)-$(2)-model.h5
 	$(STAGE) $(1)-$(2) $(BIN)/animate $(RUN) --method $(1) --model $(OUT)/curve/$(1)-$(2)-model.h5 \
-	    --name "$(CURVE_ROW_$(1)), $(2) samples" $(BODY_FILES) $(TEST_PAIRS) --output $$@
+	    --name "$(CURVE_ROW_$(1)), $(2) samples" $(ON_DEVICE) $(BODY_FILES) $(TEST_PAIRS) --output $$@
 endef
 $(foreach network,ndg vertexnet,$(foreach count,$(CURVE),$(eval $(call CURVE_POINT,$(network),$(count)))))
 

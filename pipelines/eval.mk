@@ -26,10 +26,12 @@ PREDICTIONS = $(METHODS:%=$(OUT)/%.h5) $(VARIANTS:%=$(OUT)/variant-%.h5)
 # What a method needs beside bodies and poses: METHOD_FILES_<method> = --<flag> <file> ...
 METHOD_FILES_ndg = --model $(OUT)/model.h5
 METHOD_FILES_vertexnet = --model $(OUT)/vertexnet-model.h5
+METHOD_OPTIONS_ndg = $(ON_DEVICE)
+METHOD_OPTIONS_vertexnet = $(ON_DEVICE)
 
 define PREDICTION
 $(OUT)/$(1).h5: $(BODY_DEPS) $(OUT)/splits.h5 $(filter-out --%,$(METHOD_FILES_$(1)))
-	$(STAGE) $(1) $(BIN)/animate $(RUN) --method $(1) $(METHOD_FILES_$(1)) $(BODY_FILES) $(TEST_PAIRS) --output $$@
+	$(STAGE) $(1) $(BIN)/animate $(RUN) --method $(1) $(METHOD_FILES_$(1)) $(METHOD_OPTIONS_$(1)) $(BODY_FILES) $(TEST_PAIRS) --output $$@
 endef
 $(foreach method,$(METHODS),$(eval $(call PREDICTION,$(method))))
 
@@ -41,7 +43,7 @@ METHOD_OF_vertexnet-regional = vertexnet
 define VARIANT
 $(OUT)/variant-$(1).h5: $(BODY_DEPS) $(OUT)/splits.h5 $(OUT)/$(1)-model.h5
 	$(STAGE) variant-$(1) $(BIN)/animate $(RUN) --method $(or $(METHOD_OF_$(1)),ndg) --model $(OUT)/$(1)-model.h5 \
-	    $(ROW_$(1)) $(BODY_FILES) $(TEST_PAIRS) --output $$@
+	    $(ROW_$(1)) $(ON_DEVICE) $(BODY_FILES) $(TEST_PAIRS) --output $$@
 endef
 $(foreach variant,$(KNOWN_VARIANTS),$(eval $(call VARIANT,$(variant))))
 

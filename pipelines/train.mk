@@ -39,12 +39,21 @@ TRAIN_regional-averaged = $(TRAIN_regional) $(AVERAGED)
 TRAIN_vertexnet-regional = --output-space vertex-offsets --output-basis 64 --output-basis-variance 0.995 --region-reach 3 \
     --widths 256,256 --epochs 60 $(AVERAGED)
 
+ON_DEVICE = $(if $(DEVICE),--device $(DEVICE))
+
 # Without --force a killed training goes on from its checkpoint.
 define NETWORK
 $(OUT)/$(2)model.h5: $(BODY_DEPS) $(OUT)/fem.h5 $(OUT)/shape_space.h5 $(call OPTIONS_OF,train-ndg)
 	@rm -f $$@ $$(@:.h5=.png)
 	$(STAGE) train-$(1) $(BIN)/train-ndg --config $(CONFIG) $(BODY_FILES) --samples $(OUT)/fem.h5 \
-	    --shape-space $(OUT)/shape_space.h5 $(TRAIN_$(1)) --output $$@ --picture $$(@:.h5=.png)
+	    --shape-space $(OUT)/shape_space.h5 $(TRAIN_$(1)) $(ON_DEVICE) --output $$@ --picture $$(@:.h5=.png)
 endef
 $(eval $(call NETWORK,ndg,))
 $(foreach name,vertexnet $(KNOWN_VARIANTS),$(eval $(call NETWORK,$(name),$(name)-)))
+
+.PHONY: torchscript
+torchscript: build ## the networks of Table 1 for Python, out/<preset>/{model,vertexnet-model}.pt: torch.jit.load
+	@$(MAKE) --no-print-directory $(OUT)/model.pt $(OUT)/vertexnet-model.pt
+
+$(OUT)/%.pt: $(OUT)/%.h5 $(OUT)/template.h5
+	$(STAGE) torchscript-$* $(BIN)/export-network $(RUN) --model $< --template $(OUT)/template.h5 --output $@

@@ -237,8 +237,8 @@ int main(int argc, char** argv)
             std::cout << mesh_path << "\n";
         }
         if (picture_path.empty()) return;
-        require_input((kind != "cut" && kind != "section") || select(asked, inputs).pose_idx < 0,
-                      "Sections are of bodies at rest; leave out --pose and --sample");
+        require_input(kind != "cut" || select(asked, inputs).pose_idx < 0,
+                      "--picture-kind cut shows a body at rest; leave out --pose and --sample, or take section");
         if (kind == "body" || kind == "layers" || kind == "cut") {
             const Selection selection = select(asked, inputs);
             const Body& body = bodies.bodies[std::size_t(selection.body_idx)];
@@ -247,7 +247,11 @@ int main(int argc, char** argv)
             if (kind == "layers") write_png(picture_path, layers_picture(body_template, geometry, settings));
             if (kind == "cut") write_png(picture_path, sections_picture(body_template, body, settings));
         }
-        if (kind == "section") {
+        if (kind == "section" && select(asked, inputs).pose_idx >= 0) {
+            const Selection selection = select(asked, inputs);
+            const PosedBody posed = poser.pose(bodies.bodies[selection.body_idx], poses.poses[selection.pose_idx]);
+            write_png(picture_path, posed_section_picture(posed, geometry_of(selection, inputs), section, settings));
+        } else if (kind == "section") {
             const std::vector<int> shown =
                 count == 1 ? std::vector<int>{asked.body_idx} : spread_indices(int(bodies.bodies.size()), count);
             write_png(picture_path, section_sheet(body_template, bodies, shown, section, settings));

@@ -19,7 +19,7 @@ TRAIN_OPTIONS   ?=
 # The dataset was checked by the job before: it is not to be made anew there, whatever its time stamp.
 SLURM_TRAIN = test "$(OUT)/model.h5" -nt "$(OUT)/fem.h5" || rm -f "$(OUT)/model.h5"; make --no-print-directory \
     -o "$(OUT)/fem.h5" "$(OUT)/model.h5" PRESET="$(PRESET)" OUT="$(OUT)" BUILD="$(BUILD)" CONFIG="$(CONFIG)" \
-    DATA="$(DATA)" SOURCE="$(SOURCE)" SEX="$(SEX)" MOTION="$(MOTION)"
+    DATA="$(DATA)" SOURCE="$(SOURCE)" SEX="$(SEX)" MOTION="$(MOTION)" DEVICE="$(DEVICE)"
 
 slurm: build ## FEM samples as a Slurm job array, then training; once more: submits what failed (docs/cluster.md)
 	@$(MAKE) --no-print-directory $(OUT)/splits.h5

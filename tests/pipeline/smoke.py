@@ -73,6 +73,29 @@ try:
 
     check(os.path.getsize(f"{out}/model.png") > 1000, "the picture of the losses is there")
 
+    # The network in Python: the same gradients, but for the rotations R_p that only the posed body knows.
+    tool("export-network", f"--model={out}/model.h5", f"--template={out}/template.h5", f"--output={out}/model.pt")
+    try:
+        import torch
+    except ImportError:
+        print("skipped: TorchScript in Python needs python3-torch")
+    else:
+        extra = {"metadata.json": ""}
+        network = torch.jit.load(f"{out}/model.pt", _extra_files=extra)
+        with h5py.File(f"{out}/gradients.h5") as gradients, h5py.File(f"{out}/poses.h5") as poses, \
+                h5py.File(f"{out}/bodies.h5") as bodies:
+            pairs = gradients["gradients/pairs"][:]
+            rotations = numpy.stack([poses["poses/rotations"][pose].reshape(-1, 3, 3) for _, pose in pairs])
+            rest = numpy.stack([bodies["bodies/volume_vertices"][body] for body, _ in pairs])
+            written = gradients["gradients/F"][:].reshape(len(pairs), -1, 3, 3)
+        with torch.no_grad():
+            residuals = network(torch.tensor(rotations, dtype=torch.float32), torch.tensor(rest, dtype=torch.float32))
+        stretches = [numpy.einsum("spki,spkj->spij", f, f) for f in (written, residuals.numpy())]
+        difference = abs(stretches[0] - stretches[1]).max()
+        check(difference < 1e-3 and abs(stretches[0] - numpy.eye(3)).max() > 0.05,
+              f"the network in Python stretches prisms as infer-ndg says (difference {difference:.1e})")
+        check(len(json.loads(extra["metadata.json"])["joint_names"]) == rotations.shape[1], "its metadata name the joints")
+
     # One body in one pose, without splits, is the sample that the dataset has.
     with h5py.File(f"{out}/fem.h5") as samples:
         body, pose = samples["deformations/pairs"][0]

@@ -144,6 +144,29 @@ TEST_CASE("Sections stand in one column a body, at one scale, where they are ask
     CHECK_THROWS_AS(area({0}, SectionKind::sagittal, "left_forearm", 3.0, fat), InputError);
 }
 
+TEST_CASE("The section of a posed body turns with its joint")
+{
+    const Template tube = test::tube_template();
+    const BodyPoser poser(tube, test::bending);
+    PictureSettings settings;
+    settings.height = 300;
+    const Pixel fat = pixel_from_linear(linear_from_srgb({0.95f, 0.80f, 0.50f}));
+    const auto area = [&](double bend, double turn, const std::string& joint) {
+        Pose pose = test::tube_pose(bend);
+        pose.parent_from_joint[0] = Eigen::AngleAxisd(turn, Eigen::Vector3d(1, 2, 3).normalized()).toRotationMatrix();
+        const PosedBody posed = poser.pose(tube.rest, pose);
+        const Image picture =
+            posed_section_picture(posed, skinned_geometry(posed), {SectionKind::coronal, joint, 0.0}, settings);
+        return test::count_pixels(picture, fat) - 14 * 14;
+    };
+    const int straight = area(0.0, 0.0, "left_forearm");
+    CHECK(straight > 100);
+    CHECK(area(0.0, 0.9, "left_forearm") == Approx(straight).epsilon(0.05));
+    // Bent about z, the tube stays in the coronal plane, and takes less height: it is drawn larger.
+    CHECK(area(1.2, 0.9, "left_forearm") > straight);
+    CHECK_THROWS_AS(area(0.0, 0.0, "tail"), InputError);
+}
+
 TEST_CASE("A sheet of frames has one row a sample and one column a method")
 {
     const Template tube = test::tube_template();

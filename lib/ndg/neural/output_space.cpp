@@ -30,6 +30,11 @@ at::Tensor OutputSpace::activate(const at::Tensor& outputs) const
     return outputs;
 }
 
+std::string OutputSpace::script() const
+{
+    return "    return y\n";
+}
+
 GradientsF OutputSpace::gradients(const PosedBody&, const float*) const
 {
     throw InputError("the model predicts no deformation gradients but vertices: animate poses bodies with it");

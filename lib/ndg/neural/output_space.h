@@ -44,6 +44,10 @@ public:
     /// so in adds_to_neutral.
     virtual at::Tensor activate(const at::Tensor& outputs) const;
 
+    /// Lines of TorchScript, indented by four, that return the prediction of raw outputs y (B x width()) in the shape
+    /// that is handed out (torchscript.h).
+    virtual std::string script() const;
+
     /// Whether predictions are the neutral one and the raw outputs added, so that approximate_inverse is exact.
     virtual bool adds_to_neutral() const { return true; }
 

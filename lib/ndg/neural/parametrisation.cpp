@@ -104,11 +104,28 @@ Tensor qr(const Tensor& matrices)
     return times_positive_upper_triangular(differentiable_exponential(skew), q);
 }
 
+const char* const exponential_script = "    f = torch.matrix_exp(q.reshape(-1, 3, 3))\n";
+const char* const direct_script = "    f = q.reshape(-1, 3, 3) + torch.eye(3, device=q.device)\n";
+const char* const upper_script = R"(
+    o = torch.zeros_like(q[:, 0])
+    d = torch.exp(q)
+    upper = torch.stack([d[:, 0], q[:, 1], q[:, 2], o, d[:, 4], q[:, 5], o, o, d[:, 8]], 1).reshape(-1, 3, 3)
+)";
+const std::string lu_script = std::string(upper_script) + R"(
+    e = torch.ones_like(o)
+    lower = torch.stack([e, o, o, q[:, 3], e, o, q[:, 6], q[:, 7], e], 1).reshape(-1, 3, 3)
+    f = torch.bmm(lower, upper)
+)";
+const std::string qr_script = std::string(upper_script) + R"(
+    skew = torch.stack([o, -q[:, 3], -q[:, 6], q[:, 3], o, -q[:, 7], q[:, 6], q[:, 7], o], 1).reshape(-1, 3, 3)
+    f = torch.bmm(torch.matrix_exp(skew), upper)
+)";
+
 const Parametrisation parametrisations[] = {
-    {ParametrisationKind::exponential, differentiable_exponential, exponential_inverse},
-    {ParametrisationKind::direct, direct, direct_inverse},
-    {ParametrisationKind::lu, lu, nullptr},
-    {ParametrisationKind::qr, qr, nullptr},
+    {ParametrisationKind::exponential, differentiable_exponential, exponential_script, exponential_inverse},
+    {ParametrisationKind::direct, direct, direct_script, direct_inverse},
+    {ParametrisationKind::lu, lu, lu_script.c_str(), nullptr},
+    {ParametrisationKind::qr, qr, qr_script.c_str(), nullptr},
 };
 
 }  // namespace

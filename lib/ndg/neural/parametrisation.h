@@ -14,6 +14,8 @@ struct Parametrisation {
     ParametrisationKind kind;
     /// Residuals of Q, (B, N_p, 9) to the same shape, differentiable.
     torch::Tensor (*residuals)(const torch::Tensor& q);
+    /// The same in TorchScript, lines indented by four: from q (count x 9) to f (count x 3 x 3).
+    const char* script;
     /// Nearly the Q of one residual, good enough to span a basis and used for nothing else; null where there is none.
     void (*approximate_inverse)(const float* residual, float* q);
 };

@@ -42,6 +42,12 @@ public:
         return parametrisation_.residuals(outputs.reshape({outputs.size(0), -1, 9})).reshape(outputs.sizes());
     }
 
+    std::string script() const override
+    {
+        return std::string("    q = y.reshape(-1, 9)\n") + parametrisation_.script +
+               "    return f.reshape(y.size(0), -1, 3, 3)\n";
+    }
+
     bool adds_to_neutral() const override { return parametrisation_.kind == ParametrisationKind::direct; }
     bool has_approximate_inverse() const override { return parametrisation_.approximate_inverse != nullptr; }
     void approximate_inverse(const float* prediction, float* outputs) const override

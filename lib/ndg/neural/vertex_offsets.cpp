@@ -21,6 +21,8 @@ public:
     int width() const override { return 6 * num_wrap_; }
     OutputKind kind() const override { return OutputKind::vertex_vectors; }
 
+    std::string script() const override { return "    return 0.001 * y.reshape(y.size(0), -1, 3)\n"; }
+
     void target(const PosedBody& posed, const RestOperators&, const Eigen::Ref<const PointsF>& vertices,
                 float* target) const override
     {

@@ -57,6 +57,12 @@ struct SectionChoice {
 Image section_sheet(const Template& body_template, const BodySet& bodies, const std::vector<int>& body_indices,
                     const SectionChoice& choice, const PictureSettings& settings);
 
+/// A section of a posed body. The plane goes through the joint that `choice` names where the pose took it, and turns
+/// with it: a sagittal one through left_shin cuts the left knee lengthwise in every bend. SectionKind::all: sagittal.
+/// Throws InputError as section_sheet.
+Image posed_section_picture(const PosedBody& posed, const BodyGeometry& geometry, const SectionChoice& choice,
+                            const PictureSettings& settings);
+
 /// One row a sample, one column a file: `num_samples` pairs of `split` spread evenly over those the first file holds.
 /// Every row is seen by one camera that frames all its bodies. Throws InputError when a file lacks a pair, a body or
 /// pose index has no counterpart, or the split has no sample.

@@ -137,25 +137,34 @@ struct LabelledPlane {
     SectionPlane plane;
 };
 
+/// The joint that a plane goes through. Throws InputError for one the skeleton lacks.
+int joint_of(const Skeleton& skeleton, const SectionChoice& choice)
+{
+    const auto& names = skeleton.joint_names;
+    std::string name = choice.joint;
+    if (name.empty())
+        name = choice.kind == SectionKind::coronal      ? "left_upper_arm"
+               : choice.kind == SectionKind::horizontal ? "spine_4"
+                                                        : "pelvis";
+    require_input(std::find(names.begin(), names.end(), name) != names.end(), "there is no joint '{}'", name);
+    return skeleton.joint(name);
+}
+
+/// The plane that is asked for, of a body at rest; the sagittal one for all.
+LabelledPlane plane_through_joint(const Skeleton& skeleton, const Body& body, const SectionChoice& choice)
+{
+    const SectionKind kind = choice.kind == SectionKind::all ? SectionKind::sagittal : choice.kind;
+    SectionPlane plane = plane_of(kind);
+    plane.origin = body.joint_positions.row(joint_of(skeleton, choice)).transpose();
+    plane.origin[kind == SectionKind::sagittal ? 0 : kind == SectionKind::coronal ? 2 : 1] += choice.offset;
+    return {to_name(kind), kind, plane};
+}
+
 /// The planes of a body, from the top of its column down.
 std::vector<LabelledPlane> section_planes(const Skeleton& skeleton, const Body& body, const SectionChoice& choice)
 {
-    const auto through = [&](SectionKind kind, const std::string& joint, double offset) {
-        SectionPlane plane = plane_of(kind);
-        const std::string& name = choice.joint.empty() ? joint : choice.joint;
-        const auto& names = skeleton.joint_names;
-        require_input(std::find(names.begin(), names.end(), name) != names.end(), "there is no joint '{}'", name);
-        plane.origin = body.joint_positions.row(skeleton.joint(name)).transpose();
-        plane.origin[kind == SectionKind::sagittal ? 0 : kind == SectionKind::coronal ? 2 : 1] += offset;
-        return plane;
-    };
-    if (choice.kind == SectionKind::coronal)
-        return {{"coronal", choice.kind, through(choice.kind, "left_upper_arm", choice.offset)}};
-    if (choice.kind == SectionKind::horizontal)
-        return {{"horizontal", choice.kind, through(choice.kind, "spine_4", choice.offset)}};
-    std::vector<LabelledPlane> planes = {
-        {"sagittal", SectionKind::sagittal, through(SectionKind::sagittal, "pelvis", choice.offset)}};
-    if (choice.kind == SectionKind::sagittal) return planes;
+    std::vector<LabelledPlane> planes = {plane_through_joint(skeleton, body, choice)};
+    if (choice.kind != SectionKind::all) return planes;
     for (const Level& level : section_levels(skeleton, body)) {
         if (level.name == "upper arm" || level.name == "thigh") continue;
         SectionPlane plane = plane_of(SectionKind::horizontal);
@@ -262,6 +271,26 @@ Image section_sheet(const Template& body_template, const BodySet& bodies, const 
     std::vector<Image> stacks;
     for (const std::vector<Image>& column : columns) stacks.push_back(stacked(column, heights));
     return side_by_side(stacks, surfaces);
+}
+
+Image posed_section_picture(const PosedBody& posed, const BodyGeometry& geometry, const SectionChoice& choice,
+                            const PictureSettings& settings)
+{
+    const Template& body_template = posed.body_template();
+    const Skeleton& skeleton = body_template.skeleton;
+    const LabelledPlane at_rest = plane_through_joint(skeleton, posed.body(), choice);
+    const int joint = joint_of(skeleton, choice);
+    const Eigen::Isometry3d& world_from_rest = posed.world_from_rest()[joint];
+    SectionPlane plane = at_rest.plane;
+    plane.origin = world_from_rest * plane.origin;
+    plane.right = world_from_rest.linear() * plane.right;
+    plane.up = world_from_rest.linear() * plane.up;
+    const std::vector<SceneSurface> surfaces = section_surfaces(body_template, geometry);
+    const Extent extent = section_extent(surfaces[0], plane);
+    require_input(extent.low.x() < extent.high.x(), "the {} plane misses body {}", at_rest.label, posed.body().name);
+    const std::string label = fmt::format("{} {} of {}", posed.body().name, at_rest.label, skeleton.joint_names[joint]);
+    const double scale = settings.height / (extent.high - extent.low).maxCoeff();
+    return side_by_side({draw(surfaces, plane, extent, scale, label)}, surfaces);
 }
 
 Image sections_picture(const Template& body_template, const Body& body, const PictureSettings& settings)
