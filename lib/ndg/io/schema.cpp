@@ -166,6 +166,14 @@ const std::vector<Schema>& schemas()
           {"/shape_space/codes", "B x d", "float64"},
           {"/shape_space/reconstruction_errors", "B", "float64"}}},
 
+        {"ndg-correctives",
+         1,
+         {{"@template_sha256", "", "text"},
+          {"@bone_wrap", "", "text"},
+          {"@ridge", "", "float64"},
+          {"/correctives/joint_names", "K", "text"},
+          {"/correctives/blend_shapes", "9 K x 6 N_w", "float32"}}},
+
         {"ndg-model",
          2,
          {{"@widths", "", "text"},
