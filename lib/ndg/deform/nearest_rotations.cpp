@@ -17,9 +17,9 @@ constexpr int num_lanes = 8;
 using Lanes = std::experimental::simd<float, std::experimental::simd_abi::deduce_t<float, num_lanes>>;
 using Matrix3 = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 
-/// For |F| = 1 the largest entry of the adjugate is at least a quarter of the product of the gaps between the largest
-/// eigenvalue and the others; below this its digits are no longer those of an eigenvector.
-constexpr float ambiguous_below = 2e-3F;
+/// For |F| = 1 the slope of the characteristic polynomial at its largest root is the product of the gaps to the other
+/// roots. Below this, single precision tells neither root nor eigenvector well enough.
+constexpr float ambiguous_below = 8e-3F;
 constexpr int max_newton_steps = 16;
 constexpr float newton_tolerance = 1e-7F;
 
@@ -34,8 +34,8 @@ QuaternionForm quaternion_form(const std::array<Lanes, 9>& f)
             f[1] + f[3],        f[2] + f[6], f[4] - f[0] - f[8], f[5] + f[7], f[8] - f[0] - f[4]};
 }
 
-/// Of the form of F with |F| = 1: x^4 - 2 x^2 - 8 det(F) x + 2 |F^T F|^2 - 1 vanishes.
-Lanes largest_eigenvalue(const std::array<Lanes, 9>& f)
+/// Of the form of F with |F| = 1: x^4 - 2 x^2 - 8 det(F) x + 2 |F^T F|^2 - 1 vanishes. `slope`: the polynomial's there.
+Lanes largest_eigenvalue(const std::array<Lanes, 9>& f, Lanes& slope)
 {
     const Lanes determinant =
         f[0] * (f[4] * f[8] - f[5] * f[7]) - f[1] * (f[3] * f[8] - f[5] * f[6]) + f[2] * (f[3] * f[7] - f[4] * f[6]);
@@ -52,10 +52,10 @@ Lanes largest_eigenvalue(const std::array<Lanes, 9>& f)
     for (int step = 0; step < max_newton_steps; ++step) {
         const Lanes square = x * x;
         const Lanes value = (square - 2.0F) * square - linear * x + constant;
-        const Lanes slope = 4.0F * (square - 1.0F) * x - linear;
+        slope = 4.0F * (square - 1.0F) * x - linear;
         Lanes change = value / slope;
-        // Where the two largest roots meet, rounding may point upwards or nowhere.
-        where(!(slope > 0.0F) || !(change > 0.0F), change) = 0.0F;
+        // Right of the root the polynomial is convex: the slope falls, and what is ambiguous here is so there.
+        where(!(slope > ambiguous_below) || !(change > 0.0F), change) = 0.0F;
         x -= change;
         if (none_of(change > newton_tolerance)) break;
     }
@@ -63,8 +63,8 @@ Lanes largest_eigenvalue(const std::array<Lanes, 9>& f)
 }
 
 /// Unnormalised quaternions in the kernel of `form` - eigenvalue: the column of the adjugate with the largest diagonal
-/// entry, which `size` tells.
-std::array<Lanes, 4> eigenvector(QuaternionForm k, const Lanes& eigenvalue, Lanes& size)
+/// entry.
+std::array<Lanes, 4> eigenvector(QuaternionForm k, const Lanes& eigenvalue)
 {
     k.ww -= eigenvalue;
     k.xx -= eigenvalue;
@@ -90,7 +90,7 @@ std::array<Lanes, 4> eigenvector(QuaternionForm k, const Lanes& eigenvalue, Lane
             {{ww, wx, wy, wz}, {wx, xx, xy, xz}, {wy, xy, yy, yz}, {wz, xz, yz, zz}}};
     }();
     std::array<Lanes, 4> vector = adjugate[0];
-    size = abs(adjugate[0][0]);
+    Lanes size = abs(adjugate[0][0]);
     for (int c = 1; c < 4; ++c) {
         const Lanes diagonal = abs(adjugate[c][c]);
         const auto larger = diagonal > size;
@@ -134,11 +134,12 @@ Gradients nearest_rotations(const Eigen::Ref<const Gradients>& gradients)
         }
         const Lanes scale = 1.0F / sqrt(squared);
         for (Lanes& entry : f) entry *= scale;
-        Lanes size;
-        const std::array<Lanes, 9> fitted = rotation_from(eigenvector(quaternion_form(f), largest_eigenvalue(f), size));
+        Lanes slope;
+        const Lanes eigenvalue = largest_eigenvalue(f, slope);
+        const std::array<Lanes, 9> fitted = rotation_from(eigenvector(quaternion_form(f), eigenvalue));
         for (int lane = 0; lane < used; ++lane) {
             const int p = begin + lane;
-            if (size[lane] > ambiguous_below) {
+            if (slope[lane] > ambiguous_below) {
                 for (int k = 0; k < 9; ++k) rotations(p, k) = double(fitted[k][lane]);
             } else {
                 Eigen::Map<Matrix3>(rotations.row(p).data()) =
