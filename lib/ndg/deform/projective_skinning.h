@@ -11,8 +11,8 @@ namespace ndg {
 
 struct ProjectiveOptions {
     int iterations = 30;  ///< at most; NDG 5.2.2 allows as many
-    /// An iteration that lowers the energy by less than this share of it is the last.
-    double least_decrease = 1e-3;
+    /// An iteration that lowers the energy by no more than this share of it is the last.
+    double least_decrease = 0;
 };
 void describe(OptionList& list, ProjectiveOptions& options);
 
