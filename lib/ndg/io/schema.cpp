@@ -166,14 +166,6 @@ const std::vector<Schema>& schemas()
           {"/shape_space/codes", "B x d", "float64"},
           {"/shape_space/reconstruction_errors", "B", "float64"}}},
 
-        {"ndg-correctives",
-         1,
-         {{"@template_sha256", "", "text"},
-          {"@bone_wrap", "", "text"},
-          {"@ridge", "", "float64"},
-          {"/correctives/joint_names", "K", "text"},
-          {"/correctives/blend_shapes", "9 K x 6 N_w", "float32"}}},
-
         {"ndg-model",
          2,
          {{"@widths", "", "text"},
@@ -206,6 +198,14 @@ const std::vector<Schema>& schemas()
           {"/training/epoch", "E", "int32", optional},
           {"/training/train_loss", "E", "float64", optional},
           {"/training/validation_loss", "E", "float64", optional}}},
+
+        {"ndg-correctives",
+         1,
+         {{"@template_sha256", "", "text"},
+          {"@bone_wrap", "", "text"},
+          {"@ridge", "", "float64"},
+          {"/correctives/joint_names", "K", "text"},
+          {"/correctives/blend_shapes", "9 K x 6 N_w", "float32"}}},
 
         {"ndg-fem-part", 3,
          part_items({{"@stop_reason", "", "text", optional},
