@@ -16,9 +16,13 @@ beyond-paper: build ## the same with rows that are not in the paper: fixed bases
 TEST_PAIRS = --splits $(OUT)/splits.h5 --split test
 REPORT = $(OUT)/report
 
-# The table of methods is the tool's. FEM is what the others are compared with, and stored gradients are no method of
-# their own. Before the first build the list is empty; targets that need it are made by a second make.
-METHODS := $(filter-out fem gradients,$(shell $(BIN)/animate --list-methods 2> /dev/null))
+# The table of methods is the tool's. FEM is what the others are compared with, stored gradients are no method of their
+# own, and rigid parts move no flesh. LEAVE_OUT=<methods>: not those either. Before the first build the list is empty;
+# targets that need it are made by a second make.
+LEAVE_OUT ?=
+# Rows that `make demo` leaves to `make tables PRESET=demo`.
+SLOWER_METHODS = projective-skinning corotated linear-correctives
+METHODS := $(filter-out fem gradients rigid-parts $(LEAVE_OUT),$(shell $(BIN)/animate --list-methods 2> /dev/null))
 # Rows of Table 1 beside those: variants (pipelines/train.mk).
 VARIANTS ?=
 PREDICTIONS = $(METHODS:%=$(OUT)/%.h5) $(VARIANTS:%=$(OUT)/variant-%.h5)
@@ -26,6 +30,7 @@ PREDICTIONS = $(METHODS:%=$(OUT)/%.h5) $(VARIANTS:%=$(OUT)/variant-%.h5)
 # What a method needs beside bodies and poses: METHOD_FILES_<method> = --<flag> <file> ...
 METHOD_FILES_ndg = --model $(OUT)/model.h5
 METHOD_FILES_vertexnet = --model $(OUT)/vertexnet-model.h5
+METHOD_FILES_linear-correctives = --correctives $(OUT)/correctives.h5
 METHOD_OPTIONS_ndg = $(ON_DEVICE)
 METHOD_OPTIONS_vertexnet = $(ON_DEVICE)
 

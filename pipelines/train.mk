@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-# Shape space and networks.
+# Shape space, linear correctives and networks.
 
 .PHONY: train
 train: build ## train the networks of Table 1, out/<preset>/model.h5 and vertexnet-model.h5
@@ -8,6 +8,9 @@ train: build ## train the networks of Table 1, out/<preset>/model.h5 and vertexn
 $(OUT)/shape_space.h5: $(OUT)/template.h5 $(OUT)/bodies.h5 $(OUT)/splits.h5 $(call OPTIONS_OF,fit-shape-space)
 	$(STAGE) fit-shape-space $(BIN)/fit-shape-space $(RUN) --template $(OUT)/template.h5 --bodies $(OUT)/bodies.h5 \
 	    --splits $(OUT)/splits.h5 --output $@
+
+$(OUT)/correctives.h5: $(BODY_DEPS) $(OUT)/fem.h5 $(call OPTIONS_OF,fit-correctives)
+	$(STAGE) fit-correctives $(BIN)/fit-correctives $(RUN) $(BODY_FILES) --samples $(OUT)/fem.h5 --output $@
 
 # What a network is beside the preset's train-ndg: same trunk, same training. VertexNet's decoder: 680 modes or 99.5 %
 # of the variance, whichever is reached first; it needs about twice the epochs (212 to NDG's 102 in NDG 5.2.1).

@@ -12,11 +12,15 @@
 #endif
 
 // The table of methods, in the order of result tables and pictures: each row is a function that its own file defines.
-#define NDG_METHODS(ROW)            \
-    ROW(register_fem)               \
-    NDG_NETWORK_METHODS(ROW)        \
-    ROW(register_gradient_skinning) \
-    ROW(register_lbs)               \
+#define NDG_METHODS(ROW)               \
+    ROW(register_fem)                  \
+    NDG_NETWORK_METHODS(ROW)           \
+    ROW(register_gradient_skinning)    \
+    ROW(register_lbs)                  \
+    ROW(register_projective_skinning)  \
+    ROW(register_corotated_elasticity) \
+    ROW(register_linear_correctives)   \
+    ROW(register_rigid_parts)          \
     ROW(register_stored_gradients)
 
 namespace ndg {

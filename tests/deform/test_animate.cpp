@@ -8,7 +8,9 @@
 #include "ndg/dataset/deformation_file.h"
 #include "ndg/deform/gradient_skinning.h"
 #include "ndg/deform/lbs_deformer.h"
+#include "ndg/deform/projective_skinning.h"
 #include "ndg/deform/rest_cache.h"
+#include "ndg/deform/rigid_parts.h"
 #include "ndg/deform/stored_gradients.h"
 #include "support/support.h"
 
@@ -71,6 +73,8 @@ MethodTable methods_without_options()
     MethodTable table;
     register_gradient_skinning(table);
     register_lbs(table);
+    register_projective_skinning(table);
+    register_rigid_parts(table);
     return table;
 }
 
@@ -123,6 +127,25 @@ TEST_CASE_METHOD(Scene, "Stored gradients give the vertices of Gradient Skinning
     CHECK_THROWS_AS(gradients.deform(poser.pose(bodies.bodies[0], poses.poses[0])), InputError);
 }
 
+TEST_CASE_METHOD(Scene, "Anatomy files hold what the method makes of the anatomy")
+{
+    RigidParts parts(body_template);
+    const std::string path = folder.file("parts.h5"), anatomy_path = folder.file("anatomy.h5");
+    animate_samples(*this, parts, "Rigid parts", {path, anatomy_path}, Provenance{});
+    const AnatomyReader anatomy(anatomy_path);
+    CHECK(anatomy.index().method == "Rigid parts");
+    const BodyPoser poser(body_template, test::bending);
+    for (int i = 0; i < samples.size(); ++i) {
+        const PosedBody body = posed(poser, samples.pairs[i]);
+        const Points at_rest = anatomy_at_rest(body_template, body.body());
+        const Points expected = parts.anatomy(body, at_rest, parts.deform(body));
+        const std::vector<float> stored = anatomy.read(i);
+        const Eigen::Map<const PointsF> vertices(stored.data(), expected.rows(), 3);
+        CHECK(vertices == expected.cast<float>());
+        CHECK((expected - body.anatomy(at_rest, parts.deform(body))).norm() > 1e-3);
+    }
+}
+
 TEST_CASE_METHOD(Scene, "Batches hold every sample once, body by body")
 {
     std::vector<int> seen, bodies_in_turn;
@@ -172,7 +195,8 @@ TEST_CASE("The table of methods holds every name once and knows what is missing"
 {
     MethodTable table = methods_without_options();
     register_stored_gradients(table);
-    CHECK(table.flags() == std::vector<std::string>{"gradient-skinning", "lbs", "gradients"});
+    CHECK(table.flags() ==
+          std::vector<std::string>{"gradient-skinning", "lbs", "projective-skinning", "rigid-parts", "gradients"});
     CHECK(table.find("lbs").table_name == "LBS");
     for (const std::string& flag : table.flags()) CHECK_THAT(table.help(), Catch::Contains(flag + ": "));
     CHECK_THROWS_AS(table.find("LBS"), InputError);

@@ -62,7 +62,7 @@ try:
         return subprocess.run([os.path.join(build, "bin", name), *arguments], stdout=subprocess.PIPE, text=True,
                               check=True).stdout
 
-    methods = [m for m in tool("animate", "--list-methods").split() if m not in ("fem", "gradients")]
+    methods = [m for m in tool("animate", "--list-methods").split() if m not in ("fem", "gradients", "rigid-parts")]
     files = [f"--{name}={out}/{name}.h5" for name in ("template", "bodies", "poses")]
     tool("infer-ndg", *files, f"--model={out}/model.h5", f"--splits={out}/splits.h5", f"--output={out}/gradients.h5")
     tool("reconstruct", *files, f"--gradients={out}/gradients.h5", f"--output={out}/two-steps.h5",
@@ -125,6 +125,7 @@ try:
     # Every file kind, by a reader that is not ours.
     kinds = {"template": "ndg-template", "skins": "ndg-skins", "bodies": "ndg-bodies", "motion": "ndg-poses",
              "poses": "ndg-poses", "splits": "ndg-splits", "fem": "ndg-deformations", "shape_space": "ndg-shape-space",
+             "correctives": "ndg-correctives",
              "model": "ndg-model", "gradients": "ndg-gradients", "anatomy": "ndg-anatomy",
              **dict.fromkeys(methods, "ndg-deformations")}
     for name, kind in kinds.items():

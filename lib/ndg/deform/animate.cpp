@@ -61,8 +61,9 @@ void animate_samples(const SampleInputs& inputs, Deformer& deformer, const std::
                              for (std::size_t k = 0; k < posed.size(); ++k) {
                                  deformations.write(sample_indices[k], vertices[k]);
                                  if (anatomy) {
-                                     anatomy->write(sample_indices[k],
-                                                    posed[k].anatomy(rest.anatomy(posed[k].body()), vertices[k]));
+                                     anatomy->write(
+                                         sample_indices[k],
+                                         deformer.anatomy(posed[k], rest.anatomy(posed[k].body()), vertices[k]));
                                  }
                              }
                          });

@@ -5,6 +5,12 @@
 
 namespace ndg {
 
+Points Deformer::anatomy(const PosedBody& posed, const Eigen::Ref<const Points>& anatomy_rest,
+                         const Eigen::Ref<const Points>& vertices)
+{
+    return posed.anatomy(anatomy_rest, vertices);
+}
+
 std::vector<Points> Deformer::deform_batch(const std::vector<PosedBody>& posed)
 {
     std::vector<Points> vertices;

@@ -21,6 +21,11 @@ public:
 
     /// Deformed volume vertices, N_v x 3; the first N_w rows are the bone wrap.
     virtual Points deform(const PosedBody& posed) = 0;
+    /// The posed body's anatomy, N_a x 3, with the `vertices` that deform() gave. Carried by the volume
+    /// (PosedBody::anatomy), unless the method moves bones and muscles in a way of its own. `anatomy_rest`:
+    /// anatomy_at_rest of the body.
+    virtual Points anatomy(const PosedBody& posed, const Eigen::Ref<const Points>& anatomy_rest,
+                           const Eigen::Ref<const Points>& vertices);
     /// Several at once, for methods that are faster that way.
     virtual std::vector<Points> deform_batch(const std::vector<PosedBody>& posed);
     /// How many at once are best.

@@ -6,17 +6,25 @@
 #include "ndg/elastic/skin_term.h"
 #include "ndg/elastic/volume_guard_term.h"
 
+#include <algorithm>
+
 namespace ndg {
+
+std::vector<Lame> prism_materials(const Template& body_template, const MaterialOptions& material)
+{
+    const Lame muscle = lame_parameters(material.young_muscle_pascal, material.poisson_ratio);
+    const Lame fat = lame_parameters(material.young_fat_pascal, material.poisson_ratio);
+    std::vector<Lame> lame(body_template.num_prisms(), muscle);
+    std::fill(lame.begin() + body_template.fat_begin(), lame.end(), fat);
+    return lame;
+}
 
 ElasticBody layered_body(const Template& body_template, const MaterialOptions& material)
 {
     check_options(material);
     const int num_wrap = body_template.num_wrap_vertices(), num_vertices = body_template.num_volume_vertices();
     const Prisms& prisms = body_template.prisms;
-    const Lame muscle = lame_parameters(material.young_muscle_pascal, material.poisson_ratio);
-    const Lame fat = lame_parameters(material.young_fat_pascal, material.poisson_ratio);
-    std::vector<Lame> lame(prisms.rows(), muscle);
-    std::fill(lame.begin() + body_template.fat_begin(), lame.end(), fat);
+    const std::vector<Lame> lame = prism_materials(body_template, material);
 
     ElasticBody body(num_vertices, num_wrap);
     body.add(std::make_unique<FleshTerm<NeoHookeanLanes, PrismElement>>(prisms, lame, material.flesh_stiffness,

@@ -5,7 +5,12 @@
 #include "ndg/elastic/elastic_body.h"
 #include "ndg/elastic/materials.h"
 
+#include <vector>
+
 namespace ndg {
+
+/// Of every prism: muscle's, then fat's.
+std::vector<Lame> prism_materials(const Template& body_template, const MaterialOptions& material);
 
 /// A layered body's elastic energy (NDG equation 7): muscle and fat of stable Neo-Hookean prisms, the guard of their
 /// volumes where the material has one, and the skin. The bone wrap is given; at rest it is the template's own body.

@@ -199,6 +199,14 @@ const std::vector<Schema>& schemas()
           {"/training/train_loss", "E", "float64", optional},
           {"/training/validation_loss", "E", "float64", optional}}},
 
+        {"ndg-correctives",
+         1,
+         {{"@template_sha256", "", "text"},
+          {"@bone_wrap", "", "text"},
+          {"@ridge", "", "float64"},
+          {"/correctives/joint_names", "K", "text"},
+          {"/correctives/blend_shapes", "9 K x 6 N_w", "float32"}}},
+
         {"ndg-fem-part", 3,
          part_items({{"@stop_reason", "", "text", optional},
                      {"@<statistic>", "", "float64", optional},
