@@ -187,6 +187,8 @@ SurfaceNeighbours::SurfaceNeighbours(const Eigen::Ref<const Triangles>& triangle
 
 void FollowedPoints::resize(int count)
 {
+    size_ = count;
+    if (count <= int(allowed.size())) return;
     for (std::vector<float>& axis : axes) axis.resize(count);
     allowed.resize(count);
     triangles.resize(count);

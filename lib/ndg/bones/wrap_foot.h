@@ -32,11 +32,11 @@ struct WrapFoot {
 /// Eight points side by side in a vector register.
 using LanesF = std::experimental::simd<float, std::experimental::simd_abi::deduce_t<float, 8>>;
 
-inline LanesF load_lanes(const float* values)
+[[gnu::always_inline]] inline LanesF load_lanes(const float* values)
 {
     return LanesF(values, std::experimental::element_aligned);
 }
-inline void store_lanes(const LanesF& lanes, float* values)
+[[gnu::always_inline]] inline void store_lanes(const LanesF& lanes, float* values)
 {
     lanes.copy_to(values, std::experimental::element_aligned);
 }
@@ -111,10 +111,14 @@ struct FollowedPoints {
     std::vector<float> heights;              ///< of each over its triangle (m), negative inside
     std::vector<WrapFoot> feet;              ///< of those that are higher than allowed; of others they may be old
 
-    int size() const { return int(allowed.size()); }
+    int size() const { return size_; }
+    /// Room is kept, what is in it is not cleared.
     void resize(int count);
     /// Overwrites a point by another one.
     void copy(int from, int to);
+
+private:
+    int size_ = 0;
 };
 
 /// Goes over the wrap (4 x N) from triangle to triangle to one under or over each of the points begin .. end - 1: a
