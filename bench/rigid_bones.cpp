@@ -43,6 +43,20 @@ double rigidity_defect(const Eigen::Ref<const Points>& rest, const Eigen::Ref<co
     return ((rest.rowwise() - from) * rotation.transpose() - (posed.rowwise() - to)).rowwise().norm().maxCoeff();
 }
 
+/// Of a point outside the wrap whose nearest place lies on the rim of a cap: whether it is the cap that it is over.
+bool went_through_cap(const ClosedBoneWrap& closed, Eigen::Index num_wrap_triangles, const TriangleTree& caps,
+                      const ClosestPoint& nearest, const Eigen::Vector3d& point)
+{
+    constexpr double rounding = 1e-9;  // m
+    const ClosestPoint on_cap = caps.closest(point);
+    if (on_cap.distance > nearest.distance + rounding) return false;
+    const auto height = [&](Eigen::Index t) {
+        const auto corner = [&](int k) -> Eigen::Vector3d { return closed.vertices.row(closed.triangles(t, k)); };
+        return (point - corner(0)).dot((corner(1) - corner(0)).cross(corner(2) - corner(0)).normalized());
+    };
+    return height(num_wrap_triangles + on_cap.triangle_idx) > height(nearest.triangle_idx);
+}
+
 /// Volume of tetrahedra and lengths of wrap edges near a joint, against rest.
 struct Region {
     std::string name;
@@ -194,6 +208,8 @@ void Bench::measure(const std::string& mode, const std::vector<NamedPose>& poses
         std::string pose_outside_name;
         const ClosedBoneWrap closed = close_bone_wrap(posed.bone_wrap(), template_.wrap_triangles);
         const TriangleTree wrap(closed.vertices, closed.triangles);
+        const TriangleTree caps(closed.vertices,
+                                closed.triangles.bottomRows(closed.triangles.rows() - template_.wrap_triangles.rows()));
         std::vector<int> suspects;
         std::vector<double> distances;
         std::vector<std::string> names;
@@ -212,6 +228,9 @@ void Bench::measure(const std::string& mode, const std::vector<NamedPose>& poses
                 const double distance = wrap.signed_distance(anatomy.row(v).transpose(), &nearest);
                 // Through the caps bones go on into head, hands and toes.
                 if (distance < 0.0005 || nearest.triangle_idx >= template_.wrap_triangles.rows()) continue;
+                if (went_through_cap(closed, template_.wrap_triangles.rows(), caps, nearest,
+                                     anatomy.row(v).transpose()))
+                    continue;
                 suspects.push_back(v);
                 distances.push_back(distance);
                 names.push_back(part.name);

@@ -7,6 +7,7 @@
 #include "ndg/solver/sparse_cholesky.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -38,6 +39,15 @@ std::vector<SegmentSurface> segment_surfaces(const BoneList& list, const Templat
         surface.tree = std::make_unique<TriangleTree>(anatomy_rest, triangles);
     }
     return surfaces;
+}
+
+/// Of the influences that were added last, those of one point.
+void put_heaviest_first(BoneWeights& weights)
+{
+    const std::ptrdiff_t begin = weights.begins.back();
+    const auto first = weights.weights.begin() + begin, heaviest = std::max_element(first, weights.weights.end());
+    std::iter_swap(weights.segments.begin() + begin, weights.segments.begin() + (heaviest - weights.weights.begin()));
+    std::iter_swap(first, heaviest);
 }
 
 }  // namespace
@@ -81,6 +91,7 @@ NearBones near_bones(const BoneList& list, const Template& body_template, const 
             weights.segments.push_back(s);
             weights.weights.push_back(value);
         }
+        put_heaviest_first(weights);
         weights.begins.push_back(int(weights.segments.size()));
     }
     return result;
@@ -131,6 +142,7 @@ BoneWeights smoothed_weights(const BoneWeights& weights, const Eigen::Ref<const 
             result.segments.push_back(s);
             result.weights.push_back(of_segments(v, s) / sum);
         }
+        put_heaviest_first(result);
         result.begins.push_back(int(result.segments.size()));
     }
     return result;
@@ -140,32 +152,53 @@ Points dual_quaternion_blending(const Eigen::Ref<const Points>& rest, const Bone
                                 const std::vector<Eigen::Isometry3d>& motions)
 {
     require(weights.size() == rest.rows(), "{} points were given weights of {}", rest.rows(), weights.size());
-    using Dual = Eigen::Matrix<double, 8, 1>;  // real part x, y, z, w; dual part
-    std::vector<Dual> duals;
-    for (const Eigen::Isometry3d& motion : motions) {
-        const Eigen::Quaterniond real = Eigen::Quaterniond(motion.linear()).normalized();
-        const Eigen::Vector3d t = motion.translation();
-        Dual dual;
-        dual.head<4>() = real.coeffs();
-        dual.tail<4>() = 0.5 * (Eigen::Quaterniond(0.0, t.x(), t.y(), t.z()) * real).coeffs();
-        duals.push_back(dual);
+    const Eigen::Index num_segments = Eigen::Index(motions.size());
+    Eigen::Matrix4Xd reals(4, num_segments), duals(4, num_segments);  // x, y, z, w
+    for (Eigen::Index s = 0; s < num_segments; ++s) {
+        const Eigen::Quaterniond real = Eigen::Quaterniond(motions[s].linear()).normalized();
+        const Eigen::Vector3d t = motions[s].translation();
+        reals.col(s) = real.coeffs();
+        duals.col(s) = 0.5 * (Eigen::Quaterniond(0.0, t.x(), t.y(), t.z()) * real).coeffs();
     }
+    // q and -q are the same motion: what to multiply one by to bring it to the side of another.
+    const Eigen::MatrixXd signs = (reals.transpose() * reals).unaryExpr([](double d) { return d < 0.0 ? -1.0 : 1.0; });
     Points posed(rest.rows(), 3);
+    constexpr Eigen::Index block = 32;  // points, so that one loop sums and another one runs in vector instructions
 #pragma omp parallel for schedule(static)
-    for (Eigen::Index i = 0; i < rest.rows(); ++i) {
-        const int begin = weights.begins[i], end = weights.begins[i + 1];
-        const auto heaviest = std::max_element(weights.weights.begin() + begin, weights.weights.begin() + end);
-        const auto reference = duals[weights.segments[heaviest - weights.weights.begin()]].head<4>();
-        Dual sum = Dual::Zero();
-        for (int k = begin; k < end; ++k) {
-            const Dual& dual = duals[weights.segments[k]];
-            // q and -q are the same motion.
-            sum += (dual.head<4>().dot(reference) < 0.0 ? -weights.weights[k] : weights.weights[k]) * dual;
+    for (Eigen::Index first = 0; first < rest.rows(); first += block) {
+        const Eigen::Index count = std::min(block, rest.rows() - first);
+        const int* const segments = weights.segments.data();
+        std::array<std::array<double, block>, 8> sums;
+        for (Eigen::Index i = 0; i < count; ++i) {
+            const int begin = weights.begins[first + i], end = weights.begins[first + i + 1];
+            const double* const to_first = signs.data() + num_segments * segments[begin];
+            Eigen::Vector4d real = Eigen::Vector4d::Zero(), dual = Eigen::Vector4d::Zero();
+            for (int k = begin; k < end; ++k) {
+                const int segment = segments[k];
+                const double weight = to_first[segment] * weights.weights[k];
+                real += weight * reals.col(segment);
+                dual += weight * duals.col(segment);
+            }
+            for (std::size_t c = 0; c < 4; ++c) {
+                sums[c][std::size_t(i)] = real[Eigen::Index(c)];
+                sums[4 + c][std::size_t(i)] = dual[Eigen::Index(c)];
+            }
         }
-        sum /= sum.head<4>().norm();
-        const Eigen::Vector3d real = sum.head<3>(), dual = sum.segment<3>(4), x = rest.row(i).transpose();
-        const Eigen::Vector3d turned = x + 2.0 * real.cross(real.cross(x) + sum[3] * x);
-        posed.row(i) = (turned + 2.0 * (sum[3] * dual - sum[7] * real + real.cross(dual))).transpose();
+        const Eigen::Index stride = rest.outerStride();
+        const double* const from = rest.data() + stride * first;
+        double* const to = posed.data() + 3 * first;
+#pragma omp simd
+        for (Eigen::Index i = 0; i < count; ++i) {
+            const double rx = sums[0][i], ry = sums[1][i], rz = sums[2][i], rw = sums[3][i];
+            const double dx = sums[4][i], dy = sums[5][i], dz = sums[6][i], dw = sums[7][i];
+            const double x = from[stride * i], y = from[stride * i + 1], z = from[stride * i + 2];
+            const double twice = 2.0 / (rx * rx + ry * ry + rz * rz + rw * rw);
+            // x + 2 r x (r x x + w x) + 2 (w d - d_w r + r x d), for unit quaternions
+            const double ax = ry * z - rz * y + rw * x, ay = rz * x - rx * z + rw * y, az = rx * y - ry * x + rw * z;
+            to[3 * i] = x + twice * (ry * az - rz * ay + rw * dx - dw * rx + ry * dz - rz * dy);
+            to[3 * i + 1] = y + twice * (rz * ax - rx * az + rw * dy - dw * ry + rz * dx - rx * dz);
+            to[3 * i + 2] = z + twice * (rx * ay - ry * ax + rw * dz - dw * rz + rx * dy - ry * dx);
+        }
     }
     return posed;
 }

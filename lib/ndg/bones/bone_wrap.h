@@ -8,7 +8,7 @@
 
 namespace ndg {
 
-/// Weights of points on segments of bones, any number a point; those of a point sum to one.
+/// Weights of points on segments of bones, any number a point, the heaviest first; those of a point sum to one.
 struct BoneWeights {
     std::vector<int> begins;    ///< N + 1: where each point's influences begin
     std::vector<int> segments;  ///< of each influence

@@ -91,29 +91,43 @@ WrapPeaks::WrapPeaks(const BoneList& list, const Template& body_template, const 
 
 BoneClearance::BoneClearance(const WrapPeaks& peaks, const Eigen::Ref<const Points>& anatomy_rest,
                              const Eigen::Ref<const Points>& bone_wrap)
-    : peaks_(&peaks), rest_wrap_(PointColumnsF::Zero(4, bone_wrap.rows()))
+    : peaks_(&peaks)
 {
     constexpr float kept = 0.0004F;  // m between bone and wrap
-    rest_wrap_.topRows<3>() = bone_wrap.transpose().cast<float>();
-    for (const WrapPeaks::Peak& peak : peaks.peaks) {
-        const Eigen::Vector3f point = anatomy_rest.row(peak.anatomy_vertex).transpose().cast<float>();
-        const WrapFoot foot = find_foot(peaks.surface, rest_wrap_, point, peak.triangle, -kept);
-        triangles_.push_back(foot.triangle);
-        allowed_.push_back(std::max(-kept, foot.height));
-        spare_.push_back(allowed_.back() - foot.height);
-        for (int c = 0; c < 3; ++c) {
-            points_[std::size_t(c)].push_back(point[c]);
-            corners_[std::size_t(c)].push_back(4 * peaks.surface.triangles(foot.triangle, c));
+    PointColumnsF rest_wrap = PointColumnsF::Zero(4, bone_wrap.rows());
+    rest_wrap.topRows<3>() = bone_wrap.transpose().cast<float>();
+    // Each segment fills its last lanes with one of its peaks that is never looked after.
+    std::vector<int> peak_of;
+    std::vector<char> fills;
+    segment_begins_.push_back(0);
+    for (std::size_t s = 0; s + 1 < peaks.segment_begins.size(); ++s) {
+        for (int i = peaks.segment_begins[s]; i < peaks.segment_begins[s + 1]; ++i) peak_of.push_back(i);
+        fills.resize(peak_of.size(), 0);
+        while (peak_of.size() % LanesF::size() != 0) peak_of.push_back(peak_of.back());
+        fills.resize(peak_of.size(), 1);
+        segment_begins_.push_back(int(peak_of.size()));
+    }
+    rest_.resize(int(peak_of.size()));
+    for (int i = 0; i < rest_.size(); ++i) {
+        const WrapPeaks::Peak& peak = peaks.peaks[peak_of[i]];
+        for (int axis = 0; axis < 3; ++axis)
+            rest_.axes[std::size_t(axis)][i] = float(anatomy_rest(peak.anatomy_vertex, axis));
+        rest_.allowed[i] = -kept;
+        rest_.triangles[i] = peak.triangle;
+    }
+    follow(peaks.surface, rest_wrap, std::vector<char>(std::size_t(bone_wrap.rows()), 1), 0, rest_.size(), rest_);
+    rest_.feet.clear();
+    for (int i = 0; i < rest_.size(); ++i) {
+        rest_.allowed[i] = std::max(-kept, rest_.heights[i]);
+        spare_.push_back(fills[i] ? std::numeric_limits<float>::infinity() : rest_.allowed[i] - rest_.heights[i]);
+        for (std::size_t c = 0; c < 3; ++c) {
+            const int v = peaks.surface.triangles(rest_.triangles[i], Eigen::Index(c));
+            corners_[c].push_back(v);
+            for (std::size_t axis = 0; axis < 3; ++axis)
+                rest_corners_[3 * c + axis].push_back(rest_wrap(Eigen::Index(axis), v));
         }
     }
 }
-
-/// A peak that may come through.
-struct BoneClearance::Watched {
-    int peak;
-    Eigen::Vector3f point;
-    WrapFoot foot;
-};
 
 /// Kept by each thread between calls, so that none of them allocates.
 struct BoneClearance::Scratch {
@@ -121,76 +135,71 @@ struct BoneClearance::Scratch {
 
     PointColumnsF wrap;
     std::array<std::vector<float>, 3> points;  ///< of the peaks
-    std::vector<float> heights;                ///< over the triangle they lie over at rest; infinite: no longer over it
-    std::vector<Watched> watched;
+    std::vector<float> may_come_through;       ///< 1 or 0
+    std::vector<int> watched;
+    FollowedPoints followed;
     std::vector<char> has_moved;  ///< of each vertex, in the last pass
     std::vector<char> ever_moved;
     SurfaceSpread::Pushes pushes;
 };
 
-/// Where the peaks are, and how high those that lie over the same triangle as at rest.
+/// Where the peaks are, and which of them may come through: not those that lie deep over the same triangle as at rest,
+/// and of the others those under which the wrap moved against the bone by more than most of what is between them at
+/// rest.
 void BoneClearance::look_over(const std::vector<Eigen::Isometry3d>& segments, Scratch& scratch) const
 {
-    constexpr float elsewhere = std::numeric_limits<float>::infinity();
-    const std::vector<int>& begins = peaks_->segment_begins;
-    scratch.heights.resize(allowed_.size());
-    for (std::vector<float>& axis : scratch.points) axis.resize(allowed_.size());
-    const float *const x = points_[0].data(), *const y = points_[1].data(), *const z = points_[2].data();
-    const int *const first_corner = corners_[0].data(), *const second_corner = corners_[1].data(),
-                     *const third_corner = corners_[2].data();
-    const float* const wrap = scratch.wrap.data();
-    float *const now_x = scratch.points[0].data(), *const now_y = scratch.points[1].data(),
-                 *const now_z = scratch.points[2].data(), *const heights = scratch.heights.data();
+    constexpr float most = 0.7F, least = 0.0002F;  // m
+    for (std::vector<float>& axis : scratch.points) axis.resize(std::size_t(rest_.size()));
+    scratch.may_come_through.resize(std::size_t(rest_.size()));
 #pragma omp parallel for schedule(dynamic, 4)
-    for (int s = 0; s < int(begins.size()) - 1; ++s) {
+    for (int s = 0; s < int(segment_begins_.size()) - 1; ++s) {
         const Eigen::Matrix<float, 3, 4> m = segments[s].matrix().topRows<3>().cast<float>();
-#pragma omp simd
-        for (int i = begins[s]; i < begins[s + 1]; ++i) {
-            const float px = m(0, 0) * x[i] + m(0, 1) * y[i] + m(0, 2) * z[i] + m(0, 3);
-            const float py = m(1, 0) * x[i] + m(1, 1) * y[i] + m(1, 2) * z[i] + m(1, 3);
-            const float pz = m(2, 0) * x[i] + m(2, 1) * y[i] + m(2, 2) * z[i] + m(2, 3);
-            now_x[i] = px;
-            now_y[i] = py;
-            now_z[i] = pz;
-            const float *const a = wrap + first_corner[i], *const b = wrap + second_corner[i],
-                               *const c = wrap + third_corner[i];
-            const float ax = a[0], ay = a[1], az = a[2];
-            const float ux = b[0] - ax, uy = b[1] - ay, uz = b[2] - az;
-            const float vx = c[0] - ax, vy = c[1] - ay, vz = c[2] - az;
-            const float dx = px - ax, dy = py - ay, dz = pz - az;
-            const float nx = uy * vz - uz * vy, ny = uz * vx - ux * vz, nz = ux * vy - uy * vx;
-            const float area = nx * nx + ny * ny + nz * nz;
-            const float wx = ny * dz - nz * dy, wy = nz * dx - nx * dz, wz = nx * dy - ny * dx;
-            // Barycentric coordinates times area.
-            const float second = wx * vx + wy * vy + wz * vz, third = -(wx * ux + wy * uy + wz * uz);
-            const float least = std::min(std::min(second, third), area - second - third);
-            const float height = (dx * nx + dy * ny + dz * nz) / std::sqrt(std::max(area, 1e-30F));
-            heights[i] = least >= 0.0F ? height : elsewhere;
+        using Vector = std::array<LanesF, 3>;
+        const auto carried = [&](int axis, const Vector& at) -> LanesF {
+            const LanesF x = m(axis, 0) * at[0], y = m(axis, 1) * at[1], z = m(axis, 2) * at[2];
+            return x + y + z + m(axis, 3);
+        };
+        for (int i = segment_begins_[s]; i < segment_begins_[s + 1]; i += int(LanesF::size())) {
+            const Vector peak{load_lanes(&rest_.axes[0][i]), load_lanes(&rest_.axes[1][i]),
+                              load_lanes(&rest_.axes[2][i])};
+            const Vector point{carried(0, peak), carried(1, peak), carried(2, peak)};
+            std::array<Vector, 3> corners;
+            LanesF farthest = 0.0F;  // of the corners from where the bone would have carried them, squared
+            for (std::size_t c = 0; c < 3; ++c) {
+                corners[c] = vertex_lanes(scratch.wrap, [&](std::size_t lane) { return corners_[c][i + lane]; });
+                const Vector rest{load_lanes(&rest_corners_[3 * c][i]), load_lanes(&rest_corners_[3 * c + 1][i]),
+                                  load_lanes(&rest_corners_[3 * c + 2][i])};
+                const Vector left_behind =
+                    difference<LanesF>({carried(0, rest), carried(1, rest), carried(2, rest)}, corners[c]);
+                farthest = max(farthest, dot(left_behind, left_behind));
+            }
+            const SeenTriangle<LanesF> seen(corners[0], corners[1], corners[2], point);
+            const LanesF bound = most * load_lanes(&spare_[i]) + least, deep = load_lanes(&rest_.allowed[i]) - near;
+            LanesF may_come_through = 1.0F;
+            where((seen.least() >= 0.0F && seen.height <= deep) || farthest <= bound * bound, may_come_through) = 0.0F;
+            store_lanes(may_come_through, &scratch.may_come_through[i]);
+            for (std::size_t axis = 0; axis < 3; ++axis) store_lanes(point[axis], &scratch.points[axis][i]);
         }
     }
 }
 
-/// Keeps in view the peaks that are near coming through, and of those that lie elsewhere than at rest the ones under
-/// which the wrap moved against the bone by more than most of what is between them at rest.
-void BoneClearance::watch(const std::vector<Eigen::Isometry3d>& segments, Scratch& scratch) const
+/// Keeps in view the peaks that may come through.
+void BoneClearance::watch(Scratch& scratch) const
 {
-    constexpr float most = 0.7F, least = 0.0002F;  // m
-    const std::vector<int>& begins = peaks_->segment_begins;
-    scratch.watched.clear();
-    for (int s = 0; s < int(begins.size()) - 1; ++s) {
-        const Eigen::Matrix<float, 3, 4> motion = segments[s].matrix().topRows<3>().cast<float>();
-        for (int i = begins[s]; i < begins[s + 1]; ++i) {
-            if (scratch.heights[i] <= allowed_[i] - near) continue;
-            const float bound = most * spare_[i] + least;
-            const auto may_be_lower = [&](int c) {
-                const Eigen::Index v = corners_[std::size_t(c)][i] / 4;
-                const Eigen::Vector3f carried = motion.leftCols<3>() * rest_wrap_.col(v).head<3>() + motion.col(3);
-                return (carried - scratch.wrap.col(v).head<3>()).squaredNorm() > bound * bound;
-            };
-            if (!may_be_lower(0) && !may_be_lower(1) && !may_be_lower(2)) continue;
-            const Eigen::Vector3f point(scratch.points[0][i], scratch.points[1][i], scratch.points[2][i]);
-            scratch.watched.push_back({i, point, {triangles_[i], 0.0F, {}, {}}});
-        }
+    std::vector<int>& watched = scratch.watched;
+    watched.resize(std::size_t(rest_.size()));
+    int count = 0;
+    for (int i = 0; i < rest_.size(); ++i) {
+        watched[count] = i;
+        count += int(scratch.may_come_through[i]);
+    }
+    FollowedPoints& followed = scratch.followed;
+    followed.resize(count);
+    for (int k = 0; k < count; ++k) {
+        const int i = watched[k];
+        for (std::size_t axis = 0; axis < 3; ++axis) followed.axes[axis][k] = scratch.points[axis][i];
+        followed.allowed[k] = rest_.allowed[i];
+        followed.triangles[k] = rest_.triangles[i];
     }
 }
 
@@ -199,18 +208,19 @@ bool BoneClearance::pushes_of(Scratch& scratch) const
 {
     constexpr float ahead = 1.2F;        // the first look's pushes are spread and come out less
     constexpr float least_part = 0.05F;  // of a corner under a peak, from which on it is pushed
-    std::size_t num_near = 0;
-    for (const Watched& one : scratch.watched) {
-        const float missing = one.foot.height - allowed_[one.peak];
+    FollowedPoints& followed = scratch.followed;
+    int num_near = 0;
+    for (int k = 0; k < followed.size(); ++k) {
+        const float missing = followed.heights[k] - followed.allowed[k];
         if (missing <= -near) continue;
-        scratch.watched[num_near++] = one;
+        if (num_near < k) followed.copy(k, num_near);
+        const WrapFoot& foot = followed.feet[num_near++];
         if (missing <= tolerance) continue;
         for (int c = 0; c < 3; ++c)
-            if (one.foot.barycentric[c] >= least_part)
-                scratch.pushes.add(peaks_->surface.triangles(one.foot.triangle, c),
-                                   ahead * missing * one.foot.outwards);
+            if (foot.barycentric[c] >= least_part)
+                scratch.pushes.add(peaks_->surface.triangles(foot.triangle, c), ahead * missing * foot.outwards);
     }
-    scratch.watched.resize(num_near);
+    followed.resize(num_near);
     return !scratch.pushes.empty();
 }
 
@@ -219,29 +229,28 @@ void BoneClearance::push_out(const std::vector<Eigen::Isometry3d>& segments, Poi
     thread_local Scratch scratch_of_thread(peaks_->spread);
     Scratch& scratch = scratch_of_thread;  // of this thread, also in parallel loops
     const Eigen::Index num_vertices = bone_wrap.rows();
-    scratch.wrap.setZero(4, num_vertices);
-    scratch.wrap.topRows<3>() = bone_wrap.transpose().cast<float>();
-    scratch.has_moved.assign(num_vertices, 1);
-    scratch.ever_moved.assign(num_vertices, 0);
+    scratch.wrap.resize(4, num_vertices);
+#pragma omp parallel for schedule(static)
+    for (Eigen::Index v = 0; v < num_vertices; ++v)
+        scratch.wrap.col(v) << bone_wrap.row(v).transpose().cast<float>(), 0.0F;
+    scratch.has_moved.assign(std::size_t(num_vertices), 1);
+    scratch.ever_moved.assign(std::size_t(num_vertices), 0);
     scratch.pushes.reset(peaks_->spread);
     look_over(segments, scratch);
-    watch(segments, scratch);
+    watch(scratch);
+    constexpr int block = 256;  // points
     for (int pass = 0; pass < peaks_->spread.num_widths(); ++pass) {
-        std::vector<Watched>& watched = scratch.watched;
-#pragma omp parallel for schedule(static) if (watched.size() > 256)
-        for (std::size_t k = 0; k < watched.size(); ++k) {
-            Watched& one = watched[k];
-            const auto corners = peaks_->surface.triangles.row(one.foot.triangle);
-            if (scratch.has_moved[corners[0]] == 0 && scratch.has_moved[corners[1]] == 0 &&
-                scratch.has_moved[corners[2]] == 0)
-                continue;
-            one.foot = find_foot(peaks_->surface, scratch.wrap, one.point, one.foot.triangle, allowed_[one.peak]);
-        }
+        const int count = scratch.followed.size();
+#pragma omp parallel for schedule(dynamic) if (count > block)
+        for (int first = 0; first < count; first += block)
+            follow(peaks_->surface, scratch.wrap, scratch.has_moved, first, std::min(count, first + block),
+                   scratch.followed);
         if (!pushes_of(scratch)) break;
         std::fill(scratch.has_moved.begin(), scratch.has_moved.end(), 0);
         for (const int v : peaks_->spread.spread(scratch.pushes, pass, scratch.wrap))
             scratch.has_moved[v] = scratch.ever_moved[v] = 1;
     }
+#pragma omp parallel for schedule(static)
     for (Eigen::Index v = 0; v < num_vertices; ++v)
         if (scratch.ever_moved[v] != 0) bone_wrap.row(v) = scratch.wrap.col(v).head<3>().transpose().cast<double>();
 }

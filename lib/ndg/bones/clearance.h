@@ -37,19 +37,17 @@ public:
     void push_out(const std::vector<Eigen::Isometry3d>& segments, Points& bone_wrap) const;
 
 private:
-    struct Watched;
     struct Scratch;
     void look_over(const std::vector<Eigen::Isometry3d>& segments, Scratch& scratch) const;
-    void watch(const std::vector<Eigen::Isometry3d>& segments, Scratch& scratch) const;
+    void watch(Scratch& scratch) const;
     bool pushes_of(Scratch& scratch) const;
 
     const WrapPeaks* peaks_;
-    PointColumnsF rest_wrap_;
-    std::array<std::vector<float>, 3> points_;  ///< x, y, z of the peaks at rest
-    std::vector<int> triangles_;                ///< over or under each, at rest
-    std::array<std::vector<int>, 3> corners_;   ///< of those triangles: where in a wrap's columns
-    std::vector<float> allowed_;                ///< height of each peak over the wrap
-    std::vector<float> spare_;                  ///< by how much it is lower at rest
+    FollowedPoints rest_;                             ///< the peaks at rest, with their allowed heights
+    std::vector<float> spare_;                        ///< by how much each is lower at rest
+    std::vector<int> segment_begins_;                 ///< where those of each segment begin, a multiple of the lanes
+    std::array<std::vector<int>, 3> corners_;         ///< of their triangles
+    std::array<std::vector<float>, 9> rest_corners_;  ///< x, y, z of each of them at rest
 };
 
 }  // namespace ndg

@@ -87,13 +87,15 @@ SurfaceSpread::SurfaceSpread(const Eigen::Ref<const Points>& vertices, const Eig
     }
     // Every vertex lies within one spacing of a node.
     const double blended = 1.6 * spacing;
-    std::vector<std::vector<Near>> about(count);
+    std::vector<std::vector<Part>> about(count);
     std::vector<std::vector<int>> cells(nodes.size());
     for (std::size_t v = 0; v < count; ++v) cells[node_of_[v]].push_back(int(v));
-    touched_begins_.push_back(0);
     for (const int v : nodes) {
         for (const auto& [distance, w] : along.within(v, reach)) {
-            if (node_at[w] >= 0) nodes_.entries.push_back({node_at[w], float(distance)});
+            if (node_at[w] >= 0) {
+                reached_.push_back(node_at[w]);
+                distances_.push_back(float(distance));
+            }
             if (distance >= blended) continue;
             about[w].push_back({node_at[v], float(bell(distance / blended))});
             touched_.push_back(node_of_[w]);
@@ -101,36 +103,40 @@ SurfaceSpread::SurfaceSpread(const Eigen::Ref<const Points>& vertices, const Eig
         const auto first = touched_.begin() + touched_begins_.back();
         std::sort(first, touched_.end());
         touched_.erase(std::unique(first, touched_.end()), touched_.end());
-        nodes_.begins.push_back(int(nodes_.entries.size()));
+        reached_begins_.push_back(int(reached_.size()));
         touched_begins_.push_back(int(touched_.size()));
     }
-    cell_begins_.push_back(0);
+    constexpr std::size_t filled = 4;  // to multiples of it, so that loops over parts have few lengths
     for (const std::vector<int>& cell : cells) {
+        for (const int v : cell) {
+            float sum = 0.0F;
+            for (const Part& part : about[v]) sum += part.weight;
+            for (const Part& part : about[v]) parts_.push_back({part.node, part.weight / sum});
+            while (parts_.size() % filled != 0) parts_.push_back({parts_.back().node, 0.0F});
+            part_begins_.push_back(int(parts_.size()));
+        }
         cells_.insert(cells_.end(), cell.begin(), cell.end());
         cell_begins_.push_back(int(cells_.size()));
-    }
-    for (std::vector<Near>& of_vertex : about) {
-        float sum = 0.0F;
-        for (const Near& entry : of_vertex) sum += entry.value;
-        for (const Near& entry : of_vertex) vertices_.entries.push_back({entry.index, entry.value / sum});
-        vertices_.begins.push_back(int(vertices_.entries.size()));
     }
     node_weights_ = Eigen::MatrixXf::Zero(Eigen::Index(nodes.size()), num_widths());
     for (int w = 0; w < num_widths(); ++w)
         for (std::size_t node = 0; node < nodes.size(); ++node)
-            for (int k = nodes_.begins[node]; k < nodes_.begins[node + 1]; ++k)
-                node_weights_(Eigen::Index(node), w) += bell(nodes_.entries[k].value / widths_[w]);
+            for (int k = reached_begins_[node]; k < reached_begins_[node + 1]; ++k)
+                node_weights_(Eigen::Index(node), w) += bell(distances_[k] / widths_[w]);
 }
 
 void SurfaceSpread::Pushes::reset(const SurfaceSpread& spread)
 {
-    const std::size_t num_nodes = spread.nodes_.begins.size() - 1;
+    const std::size_t num_nodes = spread.cell_begins_.size() - 1;
     spread_ = &spread;
     if (pushed_.empty() && lengths_.size() == num_nodes) return;
     pushed_.clear();
     lengths_.assign(num_nodes, 0.0F);
     longest_.setZero(4, Eigen::Index(num_nodes));
     means_.setZero(4, Eigen::Index(num_nodes));
+    near_.assign(num_nodes + 1, 0);
+    touched_.assign(num_nodes + 1, 0);
+    bells_.assign(num_nodes, 0.0F);
     is_near_.assign(num_nodes, 0);
     is_touched_.assign(num_nodes, 0);
 }
@@ -149,41 +155,52 @@ const std::vector<int>& SurfaceSpread::spread(Pushes& pushes, int width_idx, Poi
 {
     const float width = widths_[width_idx];
     PointColumnsF& means = pushes.means_;
-    pushes.near_.clear();
-    pushes.touched_.clear();
+    float* const bells = pushes.bells_.data();
+    int num_near = 0, num_touched = 0;
+    // Each list has room for one more than there can be: the next is written before it is known to be new.
+    const auto add = [](int node, std::vector<int>& list, std::vector<char>& is_in, int& count) {
+        list[count] = node;
+        count += int(is_in[node] == 0);
+        is_in[node] = 1;
+    };
     for (const int node : pushes.pushed_) {
         const Eigen::Vector4f push = pushes.longest_.col(node);
-        for (int k = nodes_.begins[node]; k < nodes_.begins[node + 1] && nodes_.entries[k].value < width; ++k) {
-            const int other = nodes_.entries[k].index;
-            if (pushes.is_near_[other] == 0) pushes.near_.push_back(other);
-            pushes.is_near_[other] = 1;
-            means.col(other) += bell(nodes_.entries[k].value / width) * push;
+        const float* const distances = distances_.data() + reached_begins_[node];
+        const int* const reached = reached_.data() + reached_begins_[node];
+        const float* const end = distances_.data() + reached_begins_[node + 1];
+        const int count = int(std::lower_bound(distances, end, width) - distances);
+        for (int k = 0; k < count; ++k) bells[k] = bell(distances[k] / width);
+        for (int k = 0; k < count; ++k) {
+            add(reached[k], pushes.near_, pushes.is_near_, num_near);
+            means.col(reached[k]) += bells[k] * push;
         }
     }
-    for (const int node : pushes.near_) {
+    for (int i = 0; i < num_near; ++i) {
+        const int node = pushes.near_[i];
         means.col(node) /= node_weights_(node, width_idx);
-        for (int k = touched_begins_[node]; k < touched_begins_[node + 1]; ++k) {
-            if (pushes.is_touched_[touched_[k]] == 0) pushes.touched_.push_back(touched_[k]);
-            pushes.is_touched_[touched_[k]] = 1;
+        for (int k = touched_begins_[node]; k < touched_begins_[node + 1]; ++k)
+            add(touched_[k], pushes.touched_, pushes.is_touched_, num_touched);
+    }
+#pragma omp parallel for schedule(static) if (num_touched > 256)
+    for (int i = 0; i < num_touched; ++i) {
+        const int node = pushes.touched_[i];
+        for (int c = cell_begins_[node]; c < cell_begins_[node + 1]; ++c) {
+            Eigen::Vector4f shift = Eigen::Vector4f::Zero();
+            for (int k = part_begins_[c]; k < part_begins_[c + 1]; ++k)
+                shift += parts_[k].weight * means.col(parts_[k].node);
+            surface.col(cells_[c]) += shift;
         }
     }
     std::vector<int>& moved = pushes.moved_;
     moved.clear();
-    for (const int node : pushes.touched_) {
+    for (int i = 0; i < num_touched; ++i) {
+        const int node = pushes.touched_[i];
         moved.insert(moved.end(), cells_.begin() + cell_begins_[node], cells_.begin() + cell_begins_[node + 1]);
         pushes.is_touched_[node] = 0;
     }
-#pragma omp parallel for schedule(static) if (moved.size() > 512)
-    for (std::size_t i = 0; i < moved.size(); ++i) {
-        const int v = moved[i];
-        Eigen::Vector4f shift = Eigen::Vector4f::Zero();
-        for (int k = vertices_.begins[v]; k < vertices_.begins[v + 1]; ++k)
-            shift += vertices_.entries[k].value * means.col(vertices_.entries[k].index);
-        surface.col(v) += shift;
-    }
-    for (const int node : pushes.near_) {
-        pushes.is_near_[node] = 0;
-        means.col(node).setZero();
+    for (int i = 0; i < num_near; ++i) {
+        pushes.is_near_[pushes.near_[i]] = 0;
+        means.col(pushes.near_[i]).setZero();
     }
     for (const int node : pushes.pushed_) pushes.lengths_[node] = 0.0F;
     pushes.pushed_.clear();

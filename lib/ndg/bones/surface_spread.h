@@ -37,6 +37,7 @@ public:
         const SurfaceSpread* spread_ = nullptr;
         std::vector<int> pushed_, near_, touched_;  ///< nodes, nodes, nodes of cells
         std::vector<int> moved_;                    ///< vertices
+        std::vector<float> bells_;                  ///< of the nodes about one
         std::vector<float> lengths_;                ///< of each node, squared
         PointColumnsF longest_, means_;             ///< of each node; zero between calls
         std::vector<char> is_near_, is_touched_;    ///< of nodes; 0 between calls
@@ -48,22 +49,22 @@ public:
     const std::vector<int>& spread(Pushes& pushes, int width_idx, PointColumnsF& surface) const;
 
 private:
-    struct Near {
-        int index;
-        float value;  ///< distance (m) or weight
-    };
-    struct Lists {
-        std::vector<int> begins = {0};
-        std::vector<Near> entries;
-    };
     std::vector<float> widths_;
-    std::vector<int> node_of_;      ///< of each vertex, the nearest
-    Lists nodes_;                   ///< of each node the nodes within reach with their distances, the nearest first
+    std::vector<int> node_of_;  ///< of each vertex, the nearest
+    // Of each node the nodes within reach, the nearest first.
+    std::vector<int> reached_begins_ = {0}, reached_;
+    std::vector<float> distances_;
     Eigen::MatrixXf node_weights_;  ///< of each width (column) and node: the sum of the weights of all nodes about it
-    Lists vertices_;                ///< of each vertex the nodes about it with their weights
-    std::vector<int> cell_begins_;  ///< of each node: the vertices that it is the nearest of
+    std::vector<int> cell_begins_ = {0};  ///< of each node: the vertices that it is the nearest of
     std::vector<int> cells_;
-    std::vector<int> touched_begins_;  ///< of each node: the nodes in whose cells it has a part
+    // Of each of those the nodes about it with their weights, filled up by weights of zero.
+    struct Part {
+        int node;
+        float weight;
+    };
+    std::vector<int> part_begins_ = {0};
+    std::vector<Part> parts_;
+    std::vector<int> touched_begins_ = {0};  ///< of each node: the nodes in whose cells it has a part
     std::vector<int> touched_;
 };
 

@@ -80,6 +80,92 @@ WrapFoot nearest_foot(const SurfaceNeighbours& surface, const PointColumnsF& wra
     return foot;
 }
 
+/// Points that are on their way over the wrap.
+struct Walkers {
+    static constexpr int most = 256;
+    int count = 0;
+    std::array<std::array<float, most>, 3> at;
+    std::array<int, most> point, triangle, previous;  ///< which of the points; where it is and came from; -1: nowhere
+    std::array<float, most> previous_height;
+    // What they see under them.
+    std::array<float, most> height, least;  ///< barycentric coordinate times area
+    std::array<float, most> corner;         ///< where it is least: 0, 1 or 2
+};
+
+void look_under(const SurfaceNeighbours& surface, const PointColumnsF& wrap, Walkers& walkers)
+{
+    constexpr int lanes = int(LanesF::size());
+    const int* const triangles = surface.triangles.data();
+    for (int k = walkers.count; k % lanes != 0; ++k) {  // lanes left over look at something
+        walkers.triangle[k] = 0;
+        for (auto& axis : walkers.at) axis[k] = 0.0F;
+    }
+    for (int k = 0; k < walkers.count; k += lanes) {
+        const auto corner_lanes = [&](int c) {
+            return vertex_lanes(wrap, [&](std::size_t i) { return triangles[3 * walkers.triangle[k + i] + c]; });
+        };
+        const SeenTriangle<LanesF> seen(
+            corner_lanes(0), corner_lanes(1), corner_lanes(2),
+            {load_lanes(&walkers.at[0][k]), load_lanes(&walkers.at[1][k]), load_lanes(&walkers.at[2][k])});
+        const LanesF least = seen.least();
+        LanesF corner = 2.0F;
+        where(seen.second <= seen.third, corner) = 1.0F;
+        where(seen.first <= least, corner) = 0.0F;
+        store_lanes(corner, &walkers.corner[k]);
+        store_lanes(least, &walkers.least[k]);
+        store_lanes(seen.height, &walkers.height[k]);
+    }
+}
+
+void arrive_at_nearest(const SurfaceNeighbours& surface, const PointColumnsF& wrap, int triangle, int point,
+                       FollowedPoints& points)
+{
+    const Eigen::Vector3f at(points.axes[0][point], points.axes[1][point], points.axes[2][point]);
+    const WrapFoot foot = nearest_foot(surface, wrap, at, triangle);
+    points.triangles[point] = foot.triangle;
+    points.heights[point] = foot.height;
+    points.feet[point] = foot;
+}
+
+/// Lets those arrive that are over their triangles, and brings the others to the next.
+void go_on(const SurfaceNeighbours& surface, const PointColumnsF& wrap, Walkers& walkers, FollowedPoints& points)
+{
+    int count = 0;
+    for (int k = 0; k < walkers.count; ++k) {
+        const int point = walkers.point[k], triangle = walkers.triangle[k], previous = walkers.previous[k];
+        const float height = walkers.height[k], allowed = points.allowed[point];
+        if (walkers.least[k] >= 0.0F) {
+            points.triangles[point] = triangle;
+            points.heights[point] = height;
+            if (height <= allowed) continue;
+            const auto at = [&](int c) -> std::array<float, 3> {
+                const int v = surface.triangles(triangle, c);
+                return {wrap(0, v), wrap(1, v), wrap(2, v)};
+            };
+            const SeenTriangle<float> seen(at(0), at(1), at(2), {walkers.at[0][k], walkers.at[1][k], walkers.at[2][k]});
+            points.feet[point] = {triangle, height, Eigen::Vector3f(seen.normal.data()) / seen.length,
+                                  Eigen::Vector3f(seen.first, seen.second, seen.third) / std::max(seen.area, 1e-30F)};
+            continue;
+        }
+        const int next = surface.beside[triangle][std::size_t(int(walkers.corner[k]))];
+        const float higher = std::max(height, walkers.previous_height[k]);
+        if (next == previous && higher <= allowed) {  // under an edge, at least as deep
+            points.triangles[point] = triangle;
+            points.heights[point] = higher;
+        } else if (next < 0 || next == previous) {
+            arrive_at_nearest(surface, wrap, triangle, point, points);
+        } else {
+            for (auto& axis : walkers.at) axis[count] = axis[k];
+            walkers.point[count] = point;
+            walkers.triangle[count] = next;
+            walkers.previous[count] = triangle;
+            walkers.previous_height[count] = height;
+            ++count;
+        }
+    }
+    walkers.count = count;
+}
+
 }  // namespace
 
 SurfaceNeighbours::SurfaceNeighbours(const Eigen::Ref<const Triangles>& triangles_in, int num_vertices)
@@ -99,33 +185,49 @@ SurfaceNeighbours::SurfaceNeighbours(const Eigen::Ref<const Triangles>& triangle
     }
 }
 
-WrapFoot find_foot(const SurfaceNeighbours& surface, const PointColumnsF& wrap, const Eigen::Vector3f& point, int start,
-                   float allowed)
+void FollowedPoints::resize(int count)
+{
+    size_ = count;
+    if (count <= int(allowed.size())) return;
+    for (std::vector<float>& axis : axes) axis.resize(count);
+    allowed.resize(count);
+    triangles.resize(count);
+    heights.resize(count);
+    feet.resize(count);
+}
+
+void FollowedPoints::copy(int from, int to)
+{
+    for (std::vector<float>& axis : axes) axis[to] = axis[from];
+    allowed[to] = allowed[from];
+    triangles[to] = triangles[from];
+    heights[to] = heights[from];
+    if (heights[from] > allowed[from]) feet[to] = feet[from];
+}
+
+void follow(const SurfaceNeighbours& surface, const PointColumnsF& wrap, const std::vector<char>& moved, int begin,
+            int end, FollowedPoints& points)
 {
     constexpr int most_steps = 16;
-    int t = start, previous = -1;
-    float previous_height = 0.0F;
-    for (int step = 0; step < most_steps; ++step) {
-        const auto corners = surface.triangles.row(t);
-        const Eigen::Vector3f a = corner(wrap, corners[0]), u = corner(wrap, corners[1]) - a,
-                              v = corner(wrap, corners[2]) - a, normal = u.cross(v), d = point - a;
-        const float area = normal.squaredNorm();
-        const Eigen::Vector3f across = normal.cross(d);
-        // Barycentric coordinates times area: of u and v.
-        const float second = across.dot(v), third = -across.dot(u), first = area - second - third;
-        const float length = std::sqrt(std::max(area, 1e-30F)), height = d.dot(normal) / length;
-        if (std::min({first, second, third}) >= 0.0F)
-            return {t, height, normal / length, Eigen::Vector3f(first, second, third) / std::max(area, 1e-30F)};
-        const int opposite = first <= second && first <= third ? 0 : (second <= third ? 1 : 2);
-        const int next = surface.beside[t][std::size_t(opposite)];
-        if (next == previous && std::max(height, previous_height) <= allowed)
-            return {t, std::max(height, previous_height), {}, {}};  // under an edge, at least as deep
-        if (next < 0 || next == previous) break;
-        previous = t;
-        previous_height = height;
-        t = next;
+    for (int first = begin; first < end; first += Walkers::most) {
+        Walkers walkers;
+        for (int i = first; i < std::min(end, first + Walkers::most); ++i) {
+            const int t = points.triangles[i];
+            const int* const corners = surface.triangles.data() + 3 * std::ptrdiff_t(t);
+            walkers.point[walkers.count] = i;
+            walkers.triangle[walkers.count] = t;
+            walkers.previous[walkers.count] = -1;
+            walkers.previous_height[walkers.count] = 0.0F;
+            for (std::size_t axis = 0; axis < 3; ++axis) walkers.at[axis][walkers.count] = points.axes[axis][i];
+            walkers.count += (moved[corners[0]] | moved[corners[1]] | moved[corners[2]]) != 0;
+        }
+        for (int step = 0; step < most_steps && walkers.count > 0; ++step) {
+            look_under(surface, wrap, walkers);
+            go_on(surface, wrap, walkers, points);
+        }
+        for (int k = 0; k < walkers.count; ++k)
+            arrive_at_nearest(surface, wrap, walkers.triangle[k], walkers.point[k], points);
     }
-    return nearest_foot(surface, wrap, point, t);
 }
 
 }  // namespace ndg
