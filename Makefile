@@ -60,6 +60,7 @@ demo: PRESET := demo
 demo: ## the whole pipeline at demo size: bodies, poses, FEM, training, Table 1, pictures; needs no data
 	$(CHECK_DATA)
 	@$(MAKE) --no-print-directory tables PRESET=demo DATA="$(DATA)"
+	$(if $(DATA),,@$(MAKE) --no-print-directory check-results PRESET=demo)
 
 bench: build ## benchmarks: bench/<name>, results in out/bench/<name>.json
 	@pipelines/run-benches.sh "$(BIN)" "$(BENCH)" out/bench

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # Predictions on the test split, Table 1, pictures and a GLB.
 
-.PHONY: tables ablations beyond-paper
+.PHONY: tables ablations beyond-paper check-results
 tables: build ## Table 1 and pictures, out/<preset>/report/{index.html,results.md,tables.json}
 	@$(MAKE) --no-print-directory $(OUT)/report/tables.json
 	@cat $(OUT)/report/results.md
@@ -12,6 +12,12 @@ ablations: build ## the same with the rows of Table 4: NDG without matrix expone
 
 beyond-paper: build ## the same with rows that are not in the paper: fixed bases, regional networks, averages of weights
 	@$(MAKE) --no-print-directory tables VARIANTS="$(BEYOND_PAPER)"
+
+EXPECTATIONS ?= configs/expectations/$(PRESET).json
+check-results: build ## hold the tables of a run against configs/expectations/<preset>.json; exit code 3 where they differ
+	@test -f "$(REPORT)/tables.json" || { echo "there is no $(REPORT)/tables.json: make tables PRESET=$(PRESET)" >&2; exit 2; }
+	@test -f "$(EXPECTATIONS)" || { echo "there are no expectations of this preset, $(EXPECTATIONS)" >&2; exit 2; }
+	@$(BIN)/check-results --tables $(REPORT)/tables.json --expectations $(EXPECTATIONS)
 
 TEST_PAIRS = --splits $(OUT)/splits.h5 --split test
 REPORT = $(OUT)/report

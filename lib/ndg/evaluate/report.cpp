@@ -53,6 +53,8 @@ Json counts_json(const Report& report)
     for (const auto& [split, samples] : counts.split_samples) json[split + "_samples"] = samples;
     // The split that was evaluated counts what was evaluated.
     json[report.split + "_samples"] = counts.evaluated_samples;
+    json[report.split + "_left_out_unconverged"] = counts.unconverged_samples;
+    json[report.split + "_left_out_failed"] = counts.failed_samples;
     json[report.split + "_bodies"] = counts.evaluated_bodies;
     json[report.split + "_poses"] = counts.evaluated_poses;
     json["fem_converged_share"] = counts.fem_converged_share;
@@ -164,6 +166,19 @@ figure { margin: 2rem 0; } img { max-width: 100%; height: auto; border-radius: 6
 figcaption, .note { color: var(--soft); }
 )";
 
+std::string averages_note(const Report& report)
+{
+    const TableCounts& counts = report.counts;
+    std::string note =
+        fmt::format("Averages over {} samples of the {} split ({} bodies, {} poses).", counts.evaluated_samples,
+                    report.split, counts.evaluated_bodies, counts.evaluated_poses);
+    if (counts.unconverged_samples + counts.failed_samples > 0)
+        note += fmt::format(
+            " Left out for all methods alike: {} samples on which FEM did not converge, {} that it failed on.",
+            counts.unconverged_samples, counts.failed_samples);
+    return note;
+}
+
 const char* const metric_note =
     "E_pos: mean distance of the free vertices (muscle wrap and skin) to FEM. E_grad: mean squared difference of the "
     "deformation gradients' entries. E_inv: prisms with negative exact volume in a frame. E_corner: prisms "
@@ -194,9 +209,7 @@ std::string results_markdown(const Report& report)
 {
     const Json seconds = parse_seconds(report.seconds_json, "The table of stage times");
     std::string text = "# Results\n\n";
-    text += fmt::format("Averages over the {} samples of the {} split ({} bodies, {} poses).\n\n",
-                        report.counts.evaluated_samples, report.split, report.counts.evaluated_bodies,
-                        report.counts.evaluated_poses);
+    text += averages_note(report) + "\n\n";
     text += "## Table 1, measured here\n\n" + markdown_table(our_table(report)) + "\n" + metric_note + "\n\n";
     text += "## Table 1 as the paper prints it (not measured here)\n\n" + markdown_table(paper_table()) + "\n" +
             paper_note + "\n\n";
@@ -215,9 +228,8 @@ std::string report_page(const Report& report, const std::vector<std::string>& pi
          << "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
          << "<title>Neural Deformation Gradients: results</title>\n<style>" << page_style
          << "</style>\n</head>\n<body>\n"
-         << "<h1>Neural Deformation Gradients: results</h1>\n<p>Averages over the " << report.counts.evaluated_samples
-         << " samples of the " << escaped(report.split)
-         << " split.</p>\n<div class=\"tables\">\n<div><h2>Measured here</h2>\n"
+         << "<h1>Neural Deformation Gradients: results</h1>\n<p>" << averages_note(report)
+         << "</p>\n<div class=\"tables\">\n<div><h2>Measured here</h2>\n"
          << html_table(our_table(report)) << "</div>\n<div><h2>As the paper prints it</h2>\n"
          << html_table(paper_table()) << "</div>\n</div>\n<p class=\"note\">" << metric_note << " " << paper_note
          << "</p>\n";
