@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "ndg/protrusion/body_protrusion.h"
+
+#include <string>
+#include <vector>
+
+namespace ndg {
+
+/// {"table3": method -> {"intersecting_frames", "protruding_frames" (percent), "protrusion_mm", "max_protrusion_mm",
+/// "frames", "deepest"}, "counts": {"table3_pairs", "table3_colliding_pairs", ...}}: rows of `table`, then `external`.
+std::string protrusion_json(const ProtrusionTable& table, const std::vector<ProtrusionRow>& external);
+
+}  // namespace ndg
