@@ -52,6 +52,7 @@ include pipelines/dataset.mk
 include pipelines/bodies.mk
 include pipelines/train.mk
 include pipelines/eval.mk
+include pipelines/unseen.mk
 include pipelines/curve.mk
 include pipelines/scan.mk
 include pipelines/slurm/slurm.mk

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-# Predictions on the test split, Table 1, pictures and a GLB.
+# Predictions on the test split, Tables 1 to 4, pictures and a GLB.
 
 .PHONY: tables ablations beyond-paper check-results
-tables: build ## Table 1 and pictures, out/<preset>/report/{index.html,results.md,tables.json}
+tables: build ## Tables 1 and 3 and pictures, out/<preset>/report/{index.html,results.md,tables.json}
 	@$(MAKE) --no-print-directory $(OUT)/report/tables.json
 	@cat $(OUT)/report/results.md
 	@echo "report: $(OUT)/report/index.html"
@@ -25,9 +25,17 @@ REPORT = $(OUT)/report
 # The table of methods is the tool's. FEM is what the others are compared with, and stored gradients are no method of
 # their own. Before the first build the list is empty; targets that need it are made by a second make.
 METHODS := $(filter-out fem gradients,$(shell $(BIN)/animate --list-methods 2> /dev/null))
-# Rows of Table 1 beside those: variants (pipelines/train.mk).
+# Rows beside those of Table 1: variants (pipelines/train.mk), of Table 4 or beyond the paper.
 VARIANTS ?=
-PREDICTIONS = $(METHODS:%=$(OUT)/%.h5) $(VARIANTS:%=$(OUT)/variant-%.h5)
+METHOD_PREDICTIONS = $(METHODS:%=$(OUT)/%.h5)
+TABLE_4 = $(patsubst %,$(OUT)/variant-%.h5,$(filter-out $(BEYOND_PAPER),$(VARIANTS)))
+OTHER_ROWS = $(patsubst %,$(OUT)/variant-%.h5,$(filter $(BEYOND_PAPER),$(VARIANTS)))
+PREDICTIONS = $(METHOD_PREDICTIONS) $(TABLE_4) $(OTHER_ROWS)
+# Table 2 (pipelines/unseen.mk) where asked for.
+TABLE_2 ?=
+UNSEEN_TABLES = $(if $(TABLE_2),$(OUT)/unseen/tables.json)
+# Folders of meshes of other models for Table 3 (docs/formats.md), each a row called like its folder.
+EXTERNAL ?=
 
 # What a method needs beside bodies and poses: METHOD_FILES_<method> = --<flag> <file> ...
 METHOD_FILES_ndg = --model $(OUT)/model.h5
@@ -65,17 +73,23 @@ $(REPORT)/bodies.png: $(OUT)/template.h5 $(OUT)/bodies.h5
 
 $(REPORT)/frames.png: $(BODY_DEPS) $(OUT)/fem.h5 $(PREDICTIONS)
 	$(STAGE) picture-frames $(BIN)/export-scene $(RUN) $(BODY_FILES) $(addprefix --deformations ,$(OUT)/fem.h5 $(PREDICTIONS)) \
-	    --picture-kind frames --colour volume --picture $@
+	    --picture-kind frames --colour volume --height 700 --picture $@
 
 $(REPORT)/posed.glb: $(BODY_DEPS) $(OUT)/ndg.h5
 	$(STAGE) scene-glb $(BIN)/export-scene $(RUN) $(BODY_FILES) --deformations $(OUT)/ndg.h5 --sample 0 --mesh $@
 
+$(OUT)/protrusion.json: $(BODY_DEPS) $(OUT)/splits.h5 $(OUT)/fem.h5 $(METHOD_PREDICTIONS) $(call OPTIONS_OF,measure-protrusion)
+	$(STAGE) measure-protrusion $(BIN)/measure-protrusion $(RUN) $(BODY_FILES) $(TEST_PAIRS) \
+	    $(addprefix --deformations ,$(OUT)/fem.h5 $(METHOD_PREDICTIONS)) $(addprefix --external ,$(EXTERNAL)) --output $@
+
 PICTURES = $(addprefix $(REPORT)/,layers.png cut.png bodies.png frames.png posed.glb)
 
-$(OUT)/seconds.json: $(PREDICTIONS) $(PICTURES)
+$(OUT)/seconds.json: $(PREDICTIONS) $(PICTURES) $(OUT)/protrusion.json
 	@cd $(OUT)/seconds && for f in *; do printf '%s %s\n' "$$f" "$$(cat "$$f")"; done | \
 	    awk 'BEGIN { printf "{" } { printf "%s\"%s\": %s", (NR > 1 ? ", " : ""), $$1, $$2 } END { print "}" }' > ../seconds.json
 
-$(REPORT)/tables.json: $(BODY_DEPS) $(OUT)/splits.h5 $(OUT)/fem.h5 $(PREDICTIONS) $(OUT)/seconds.json
+$(REPORT)/tables.json: $(BODY_DEPS) $(OUT)/splits.h5 $(OUT)/fem.h5 $(PREDICTIONS) $(OUT)/protrusion.json $(UNSEEN_TABLES) $(OUT)/seconds.json
 	$(STAGE) evaluate-metrics $(BIN)/evaluate-metrics $(RUN) $(BODY_FILES) $(TEST_PAIRS) --reference $(OUT)/fem.h5 \
-	    $(addprefix --prediction ,$(PREDICTIONS)) --seconds $(OUT)/seconds.json --output $@
+	    $(addprefix --prediction ,$(METHOD_PREDICTIONS)) $(addprefix --variant ,$(TABLE_4)) \
+	    $(addprefix --beyond-paper ,$(OTHER_ROWS)) --protrusion $(OUT)/protrusion.json $(addprefix --unseen ,$(UNSEEN_TABLES)) \
+	    --seconds $(OUT)/seconds.json --output $@

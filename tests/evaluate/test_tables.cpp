@@ -9,6 +9,7 @@
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -194,7 +195,7 @@ TEST_CASE_METHOD(Fixture, "The JSON tables hold exactly the agreed keys")
     const json tables = json::parse(tables_json(report()));
     std::vector<std::string> keys;
     for (const auto& [key, value] : tables.items()) keys.push_back(key);
-    CHECK(keys == std::vector<std::string>{"counts", "seconds", "table1"});
+    CHECK(keys == std::vector<std::string>{"command", "commit", "counts", "seconds", "spread", "table1"});
     REQUIRE(tables["table1"].size() == 4);
     for (const auto& [method, figures] : tables["table1"].items()) {
         INFO(method);
@@ -233,10 +234,52 @@ TEST_CASE_METHOD(Fixture, "Gradient and volume errors are reported in thousandth
     CHECK(figures["E_grad_e3"].get<double>() == Approx(1.1));
     CHECK(figures["E_inv"] == 9.0);
     CHECK(figures["E_vol_e3"].get<double>() == Approx(3.75));
+    // The paper's figures stand in brackets, and ratios beside the paper's ratios.
+    small.rows[3].mean = {10.0, 0.0022, 18, 11, 0.015};
     const std::string markdown = results_markdown(small);
-    CHECK_THAT(markdown, Catch::Contains("| NDG | 2.500 | 1.100 | 9.00 | 11.00 | 3.750 |"));
-    CHECK_THAT(markdown, Catch::Contains("| NDG | 3.19 | 1.11 | 9.22 | 3.75 |"));
+    CHECK_THAT(markdown, Catch::Contains("| NDG | 2.500 (3.19) | 1.100 (1.11) | 9.00 (9.22) | 11.00 | 3.750 (3.75) |"));
+    CHECK_THAT(markdown, Catch::Contains("| LBS | 4.00 (2.37) | 2.00 (13.55) | 2.00 (18.18) | 4.00 (10.85) |"));
     CHECK_THAT(markdown, Catch::Contains("as the paper prints it"));
+}
+
+TEST_CASE_METHOD(Fixture, "Tables 2 and 3 are taken over, Table 4 has NDG and its variants")
+{
+    const test::TemporaryFolder folder;
+    Report full = report();
+    full.variants = {full.rows[3]};
+    full.variants[0].method = "NDG no rotation";
+    full.beyond_paper = {full.rows[2]};
+    full.unseen_path = folder.file("unseen.json");
+    full.protrusion_path = folder.file("protrusion.json");
+    std::ofstream(full.unseen_path) << tables_json(report());
+    std::ofstream(full.protrusion_path) << R"({"table3": {"NDG": {"intersecting_frames": 5.0, "protruding_frames": 0.0,
+        "protrusion_mm": 0.0, "max_protrusion_mm": 0.0, "frames": 60, "deepest": ""}},
+        "counts": {"table3_pairs": 100, "table3_colliding_pairs": 40, "table3_bodies": 4,
+        "table3_bodies_intersecting_at_rest": 2, "table3_bodies_protruding_at_rest": 0}})";
+    const json tables = json::parse(tables_json(full));
+    CHECK(tables["table2"] == json::parse(tables_json(report()))["table1"]);
+    CHECK(tables["table3"]["NDG"]["intersecting_frames"] == 5.0);
+    CHECK(tables["counts"]["table3_colliding_pairs"] == 40);
+    CHECK(tables["counts"]["table2_test_samples"] == 3);
+    CHECK(tables["table4"].size() == 2);
+    CHECK(tables["table4"]["NDG"] == tables["table1"]["NDG"]);
+    CHECK(tables["beyond_paper"].size() == 1);
+    CHECK_THAT(results_markdown(full), Catch::Contains("100 pairs of body and pose, 40 of them left out") &&
+                                           Catch::Contains("| SKEL (the paper's) | 100.0 | 100.0 | 4.1 |"));
+    std::ofstream(full.protrusion_path) << "{}";
+    CHECK_THROWS_WITH(tables_json(full), Catch::Contains("protrusion.json has no table3"));
+}
+
+TEST_CASE_METHOD(Fixture, "Spreads are standard deviations of the means of bodies and of poses")
+{
+    Report spread = report();
+    MethodMetrics& row = spread.rows[1];
+    row.pairs = {{0, 0}, {0, 1}, {1, 0}, {1, 1}};
+    row.samples = {{1, 0, 0, 0, 0}, {3, 0, 0, 0, 0}, {5, 0, 0, 0, 0}, {7, 0, 0, 0, 0}};
+    const json found = json::parse(tables_json(spread))["spread"]["NDG"];
+    CHECK(found["E_pos_mm_over_bodies"].get<double>() == Approx(4 / std::sqrt(2.0)));  // means 2 and 6
+    CHECK(found["E_pos_mm_over_poses"].get<double>() == Approx(2 / std::sqrt(2.0)));   // means 3 and 5
+    CHECK(found["E_pos_mm_largest"] == 7.0);
 }
 
 TEST_CASE_METHOD(Fixture, "The report folder holds the tables, the text and a page that shows its pictures")
@@ -249,7 +292,8 @@ TEST_CASE_METHOD(Fixture, "The report folder holds the tables, the text and a pa
     CHECK(content(folder.file("report/tables.json")) == tables_json(report()));
     CHECK(content(folder.file("report/results.md")) == results_markdown(report()));
     const std::string page = content(folder.file("report/index.html"));
-    CHECK_THAT(page, Catch::Contains("<img src=\"layers.png\""));
+    CHECK_THAT(page, Catch::Contains("<img src=\"data:image/png;base64,cGljdHVyZQ==\" alt=\"layers.png\""));
+    CHECK_THAT(page, Catch::Contains("<svg"));
     CHECK_THAT(page, !Catch::Contains("notes.txt"));
     CHECK_THAT(page, Catch::Contains("A &amp; B, CC0"));
     CHECK_THAT(page, !Catch::Contains("http"));

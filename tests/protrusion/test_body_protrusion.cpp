@@ -92,7 +92,6 @@ TEST_CASE("Coarse parts collide where they pass into each other, not where they 
 
 TEST_CASE_METHOD(Tube, "Embedded anatomy follows the flesh of each method and is compared with its skin")
 {
-    // The tube is open at both ends: close it, so that there is an inside.
     const BodyProtrusion measured(tube);
     const Points anatomy_rest = anatomy_at_rest(tube, tube.rest);
     const BodyPoser poser(tube, test::bending);

@@ -16,11 +16,11 @@ namespace {
 
 constexpr double radius = 0.1;
 
-/// A ball for a skin: four triangles off the plane x = 0 for each level.
+/// A ball for a skin.
 FrameSkin ball()
 {
-    const test::Surface sphere = test::icosphere(radius, 5);
-    return {sphere.vertices, sphere.triangles, sphere.triangles};
+    const test::Surface sphere = test::icosphere(radius, 4);
+    return {sphere.vertices, sphere.triangles, std::vector<char>(sphere.triangles.rows(), 1)};
 }
 
 /// A bone: a ball of 1 cm with its centre at distance `x` along the axis on which the skin has a vertex.
@@ -86,7 +86,7 @@ TEST_CASE("What is excluded counts neither as skin nor as anatomy")
 {
     const test::Surface out = bone(radius);
     FrameSkin skin = ball();
-    skin.compared = Triangles(0, 3);
+    skin.compared.assign(skin.compared.size(), 0);
     const FrameProtrusion no_skin = frame_protrusion(skin, out.vertices, out.triangles);
     CHECK(no_skin.intersecting_triangles == 0);
     CHECK(no_skin.protruding_vertices > 0);  // the whole skin says what is inside
@@ -101,9 +101,9 @@ TEST_CASE("Where a skin lies twice, through a fold that passes through itself, a
     FrameSkin skin;
     skin.vertices.resize(2 * first.vertices.rows(), 3);
     skin.vertices << first.vertices, first.vertices.rowwise() + Eigen::RowVector3d(0.15, 0, 0);
-    skin.closed.resize(2 * first.triangles.rows(), 3);
-    skin.closed << first.triangles, first.triangles.array() + int(first.vertices.rows());
-    skin.compared = skin.closed;
+    skin.triangles.resize(2 * first.triangles.rows(), 3);
+    skin.triangles << first.triangles, first.triangles.array() + int(first.vertices.rows());
+    skin.compared.assign(skin.triangles.rows(), 1);
     test::Surface small = test::icosphere(0.002, 1);
     small.vertices.rowwise() += Eigen::RowVector3d(0.075, 0, 0);
     CHECK(frame_protrusion(skin, small.vertices, small.triangles).protruding_vertices == 0);
@@ -137,7 +137,7 @@ TEST_CASE("Frames of other models are read from a folder of meshes")
     };
     const std::vector<double> distances = {0.05, 0.097, 0.08};
     for (int i = 0; i < 3; ++i) {
-        write_mesh(folder + fmt::format("/skin_{:04}.obj", i), skin.vertices, skin.closed);
+        write_mesh(folder + fmt::format("/skin_{:04}.obj", i), skin.vertices, skin.triangles);
         put(fmt::format("bones_{:04}.ply", i), bone(distances[i]));
         put(fmt::format("lean_tissue_{:04}.obj", i), bone(0.0));
     }
@@ -163,7 +163,7 @@ TEST_CASE("Frames of other models are read from a folder of meshes")
     std::filesystem::remove(folder + "/excluded.txt");
     std::filesystem::remove(folder + "/skin_0001.obj");
     CHECK_THROWS_WITH(external_protrusion("MODEL", folder), Catch::Contains("0001"));
-    write_mesh(folder + "/skin_0001.obj", skin.vertices, skin.closed.topRows(100));
+    write_mesh(folder + "/skin_0001.obj", skin.vertices, skin.triangles.topRows(100));
     CHECK_THROWS_WITH(external_protrusion("MODEL", folder), Catch::Contains("skin_0001.obj"));
     CHECK_THROWS_AS(external_protrusion("MODEL", temporary.path()), InputError);
 }

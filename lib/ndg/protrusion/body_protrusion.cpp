@@ -7,7 +7,9 @@
 #include "ndg/protrusion/coarse_parts.h"
 
 #include <algorithm>
+#include <array>
 #include <map>
+#include <set>
 
 namespace ndg {
 
@@ -40,9 +42,19 @@ BodyProtrusion::BodyProtrusion(const Template& body_template) : template_(&body_
     require_input(!kept.empty(), "the template has no anatomy whose protrusion could be measured");
     compared_anatomy_.resize(kept.size(), 3);
     for (std::size_t t = 0; t < kept.size(); ++t) compared_anatomy_.row(t) = kept[t];
-    compared_skin_ = body_template.wrap_triangles;
-    for (Eigen::Index i = 0; i < compared_skin_.size(); ++i)
-        compared_skin_.data()[i] = body_template.wrap_to_skin[compared_skin_.data()[i]];
+    std::set<std::array<int, 3>> volumetric;
+    for (Eigen::Index t = 0; t < body_template.wrap_triangles.rows(); ++t) {
+        std::array<int, 3> corners;
+        for (int k = 0; k < 3; ++k) corners[k] = body_template.wrap_to_skin[body_template.wrap_triangles(t, k)];
+        std::sort(corners.begin(), corners.end());
+        volumetric.insert(corners);
+    }
+    for (Eigen::Index t = 0; t < body_template.skin_triangles.rows(); ++t) {
+        std::array<int, 3> corners;
+        for (int k = 0; k < 3; ++k) corners[k] = body_template.skin_triangles(t, k);
+        std::sort(corners.begin(), corners.end());
+        compared_skin_.push_back(volumetric.count(corners) != 0);
+    }
 }
 
 FrameProtrusion BodyProtrusion::posed(const PosedBody& posed, const Eigen::Ref<const Points>& anatomy_rest,

@@ -29,7 +29,8 @@ private:
     FrameProtrusion measure(Points skin_vertices, const Points& anatomy) const;
 
     const Template* template_;
-    Triangles compared_skin_, compared_anatomy_;
+    std::vector<char> compared_skin_;
+    Triangles compared_anatomy_;
 };
 
 /// Table 3 over pairs of bodies and poses.

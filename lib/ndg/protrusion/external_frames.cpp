@@ -63,14 +63,18 @@ std::vector<int> read_excluded(const std::string& path)
     return vertices;
 }
 
+bool touches(const Eigen::RowVector3i& triangle, const std::vector<char>& marked)
+{
+    return marked[triangle[0]] || marked[triangle[1]] || marked[triangle[2]];
+}
+
 /// Triangles of which no vertex is marked.
 Triangles without(const Triangles& triangles, const std::vector<char>& marked)
 {
     Triangles kept(triangles.rows(), 3);
     Eigen::Index count = 0;
     for (Eigen::Index t = 0; t < triangles.rows(); ++t)
-        if (!marked[triangles(t, 0)] && !marked[triangles(t, 1)] && !marked[triangles(t, 2)])
-            kept.row(count++) = triangles.row(t);
+        if (!touches(triangles.row(t), marked)) kept.row(count++) = triangles.row(t);
     return kept.topRows(count);
 }
 
@@ -93,8 +97,10 @@ ProtrusionRow external_protrusion(const std::string& method, const std::string& 
                           file.vertices.rows());
             left_out[v] = 1;
         }
-        const FrameSkin skin = {file.vertices, file.triangles, without(file.triangles, left_out)};
-        const TriangleTree surface(skin.vertices, skin.closed);
+        FrameSkin skin = {file.vertices, file.triangles, {}};
+        for (Eigen::Index t = 0; t < skin.triangles.rows(); ++t)
+            skin.compared.push_back(!touches(skin.triangles.row(t), left_out));
+        const TriangleTree surface(skin.vertices, skin.triangles);
 
         FrameProtrusion frame;
         std::string deepest;
@@ -103,7 +109,7 @@ ProtrusionRow external_protrusion(const std::string& method, const std::string& 
             std::vector<char> beyond(inside.vertices.rows(), 0);
             for (Eigen::Index v = 0; v < inside.vertices.rows() && !excluded.empty(); ++v) {
                 const ClosestPoint nearest = surface.closest(inside.vertices.row(v).transpose());
-                for (int k = 0; k < 3; ++k) beyond[v] |= left_out[skin.closed(nearest.triangle_idx, k)];
+                beyond[v] = touches(skin.triangles.row(nearest.triangle_idx), left_out);
             }
             const FrameProtrusion one = frame_protrusion(skin, inside.vertices, without(inside.triangles, beyond));
             frame.intersecting_triangles += one.intersecting_triangles;

@@ -6,33 +6,64 @@
 #include "ndg/geometry/triangle_crossings.h"
 #include "ndg/geometry/winding_tree.h"
 
+#include <algorithm>
+#include <optional>
 #include <vector>
 
 namespace ndg {
 
+namespace {
+
+/// The connected piece of each vertex, named by one of its vertices; -1 for vertices of no triangle.
+std::vector<int> pieces_of(const Eigen::Ref<const Triangles>& triangles, int num_vertices)
+{
+    std::vector<int> parents(num_vertices, -1);
+    const auto root = [&](int v) {
+        while (parents[v] != v) v = parents[v] = parents[parents[v]];
+        return v;
+    };
+    for (Eigen::Index i = 0; i < triangles.size(); ++i) parents[triangles.data()[i]] = triangles.data()[i];
+    for (Eigen::Index t = 0; t < triangles.rows(); ++t)
+        for (int k = 1; k < 3; ++k) parents[root(triangles(t, k))] = root(triangles(t, 0));
+    for (int v = 0; v < num_vertices; ++v)
+        if (parents[v] >= 0) parents[v] = root(v);
+    return parents;
+}
+
+}  // namespace
+
 FrameProtrusion frame_protrusion(const FrameSkin& skin, const Eigen::Ref<const Points>& inside_vertices,
                                  const Eigen::Ref<const Triangles>& inside)
 {
+    require(skin.compared.size() == std::size_t(skin.triangles.rows()), "{} triangles of a skin have {} marks",
+            skin.triangles.rows(), skin.compared.size());
     FrameProtrusion frame;
+    const std::vector<int> pieces = pieces_of(inside, int(inside_vertices.rows()));
+    std::vector<char> crossing(inside_vertices.rows(), 0);  // of each piece
     int last = -1;
-    for (const auto& [triangle, crossed] : crossing_triangles(inside_vertices, inside, skin.vertices, skin.compared)) {
-        frame.intersecting_triangles += triangle != last;
+    for (const auto& [triangle, crossed] : crossing_triangles(inside_vertices, inside, skin.vertices, skin.triangles)) {
+        crossing[pieces[inside(triangle, 0)]] = 1;
+        if (!skin.compared[crossed] || triangle == last) continue;
+        ++frame.intersecting_triangles;
         last = triangle;
     }
 
-    std::vector<char> counts(inside_vertices.rows(), 0);
-    for (Eigen::Index i = 0; i < inside.size(); ++i) counts[inside.data()[i]] = 1;
-    const WindingTree winding(skin.vertices, skin.closed);
-    std::vector<char> outside(counts.size(), 0);
-    const int num_vertices = int(counts.size());
-#pragma omp parallel for schedule(dynamic, 256)
+    // A piece that does not cross the skin lies inside or outside of it as a whole.
+    const WindingTree winding(skin.vertices, skin.triangles);
+    std::vector<char> outside(inside_vertices.rows(), 0);
+    const int num_vertices = int(outside.size());
+#pragma omp parallel for schedule(dynamic, 64)
     for (int v = 0; v < num_vertices; ++v)
-        if (counts[v]) outside[v] = winding.winding_number(inside_vertices.row(v).transpose()) < 0.5;
+        if (pieces[v] == v || (pieces[v] >= 0 && crossing[pieces[v]]))
+            outside[v] = winding.winding_number(inside_vertices.row(v).transpose()) < 0.5;
+    for (int v = 0; v < num_vertices; ++v)
+        if (pieces[v] >= 0 && !crossing[pieces[v]]) outside[v] = outside[pieces[v]];
 
-    const TriangleTree surface(skin.vertices, skin.closed);
+    std::optional<TriangleTree> surface;  // most frames need none
     for (int v = 0; v < num_vertices; ++v) {
         if (!outside[v]) continue;
-        const double depth_mm = 1e3 * surface.closest(inside_vertices.row(v).transpose()).distance;
+        if (!surface) surface.emplace(skin.vertices, skin.triangles);
+        const double depth_mm = 1e3 * surface->closest(inside_vertices.row(v).transpose()).distance;
         ++frame.protruding_vertices;
         frame.depth_sum_mm += depth_mm;
         if (frame.deepest_vertex < 0 || depth_mm > frame.max_depth_mm) frame.deepest_vertex = v;

@@ -5,14 +5,15 @@
 #include "ndg/core/types.h"
 
 #include <string>
+#include <vector>
 
 namespace ndg {
 
 /// The skin of one frame. A protruding point is one whose winding number in the whole closed skin is below a half.
 struct FrameSkin {
-    Points vertices;     ///< N_s x 3, m
-    Triangles closed;    ///< the whole skin
-    Triangles compared;  ///< those of its triangles whose crossings count: neither head nor hands nor toes
+    Points vertices;             ///< N_s x 3, m
+    Triangles triangles;         ///< closed, outward
+    std::vector<char> compared;  ///< of each triangle, whether its crossings count: neither head nor hands nor toes
 };
 
 /// How what lies inside meets the skin in one frame.
