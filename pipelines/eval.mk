@@ -75,6 +75,16 @@ $(REPORT)/frames.png: $(BODY_DEPS) $(OUT)/fem.h5 $(PREDICTIONS)
 	$(STAGE) picture-frames $(BIN)/export-scene $(RUN) $(BODY_FILES) $(addprefix --deformations ,$(OUT)/fem.h5 $(PREDICTIONS)) \
 	    --picture-kind frames --colour volume --height 700 --picture $@
 
+$(REPORT)/errors.png: $(OUT)/template.h5 $(OUT)/bodies.h5 $(OUT)/fem.h5 $(OUT)/ndg.h5 $(OUT)/vertexnet.h5
+	$(STAGE) picture-errors $(BIN)/export-scene $(RUN) --template $(OUT)/template.h5 --bodies $(OUT)/bodies.h5 \
+	    $(addprefix --deformations ,$(OUT)/fem.h5 $(OUT)/ndg.h5 $(OUT)/vertexnet.h5) --picture-kind errors --height 600 --picture $@
+
+# The WORST=<n> worst samples of each method, beside FEM.
+WORST ?= $(if $(filter demo smoke,$(PRESET)),0,5)
+$(REPORT)/worst-%.png: $(OUT)/%.h5 $(BODY_DEPS) $(OUT)/fem.h5
+	$(STAGE) picture-worst-$* $(BIN)/export-scene $(RUN) $(BODY_FILES) --deformations $(OUT)/fem.h5 --deformations $< \
+	    --picture-kind worst --count $(WORST) --colour volume --height 400 --picture $@
+
 $(REPORT)/posed.glb: $(BODY_DEPS) $(OUT)/ndg.h5
 	$(STAGE) scene-glb $(BIN)/export-scene $(RUN) $(BODY_FILES) --deformations $(OUT)/ndg.h5 --sample 0 --mesh $@
 
@@ -82,7 +92,8 @@ $(OUT)/protrusion.json: $(BODY_DEPS) $(OUT)/splits.h5 $(OUT)/fem.h5 $(METHOD_PRE
 	$(STAGE) measure-protrusion $(BIN)/measure-protrusion $(RUN) $(BODY_FILES) $(TEST_PAIRS) \
 	    $(addprefix --deformations ,$(OUT)/fem.h5 $(METHOD_PREDICTIONS)) $(addprefix --external ,$(EXTERNAL)) --output $@
 
-PICTURES = $(addprefix $(REPORT)/,layers.png cut.png bodies.png frames.png posed.glb)
+PICTURES = $(addprefix $(REPORT)/,layers.png cut.png bodies.png frames.png errors.png posed.glb) \
+    $(if $(filter-out 0,$(WORST)),$(METHODS:%=$(REPORT)/worst-%.png))
 
 $(OUT)/seconds.json: $(PREDICTIONS) $(PICTURES) $(OUT)/protrusion.json
 	@cd $(OUT)/seconds && for f in *; do printf '%s %s\n' "$$f" "$$(cat "$$f")"; done | \

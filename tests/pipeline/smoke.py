@@ -135,7 +135,15 @@ try:
     check(list(table) == ["FEM", *names], f"Table 1 has FEM and the methods in order: {', '.join(names)}")
     for method, row in table.items():
         check(set(row) == {"E_pos_mm", "E_grad_e3", "E_inv", "E_corner", "E_vol_e3"} and all(math.isfinite(v) for v in row.values()),
-              f"{method}: four finite figures")
+              f"{method}: five finite figures")
+    table3 = tables["table3"]
+    check(list(table3) == ["FEM", *names], "Table 3 has FEM and the methods")
+    check(all(0 <= row["protruding_frames"] <= 100 and row["protrusion_mm"] >= 0 for row in table3.values()), "shares are per cent")
+    check(table3["NDG"]["protrusion_mm"] <= table3["LBS"]["protrusion_mm"], "NDG's anatomy sticks out no more than LBS's")
+    with open(f"{out}/report/index.html") as file:
+        page = file.read()
+    check("<svg" in page and "http" not in page and page.count("<img") == page.count('src="data:image/png;base64,') >= 4,
+          "the page holds its pictures itself")
     check(tables["seconds"]["simulate-fem"] > 0, "seconds of the stages are there")
 
     # The run has the figures that are expected of it; with a network that has learnt nothing it has not.
@@ -178,7 +186,7 @@ try:
         for method in ("NDG", "VertexNet"):
             check(any(f"{method} has" in line for line in broken), f"{label}: what is expected of {method} does not hold")
 
-    for name in ("report/layers", "report/cut", "report/bodies", "report/frames", "poses"):
+    for name in ("report/layers", "report/cut", "report/bodies", "report/frames", "report/errors", "poses"):
         with open(f"{out}/{name}.png", "rb") as file:
             head = file.read(24)
         width, height = struct.unpack(">II", head[16:24])
