@@ -93,7 +93,7 @@ $(OUT)/protrusion.json: $(BODY_DEPS) $(OUT)/splits.h5 $(OUT)/fem.h5 $(METHOD_PRE
 	    $(addprefix --deformations ,$(OUT)/fem.h5 $(METHOD_PREDICTIONS)) $(addprefix --external ,$(EXTERNAL)) --output $@
 
 PICTURES = $(addprefix $(REPORT)/,layers.png cut.png bodies.png frames.png errors.png posed.glb) \
-    $(if $(filter-out 0,$(WORST)),$(METHODS:%=$(REPORT)/worst-%.png))
+    $(if $(TABLE_2),$(REPORT)/unseen.png) $(if $(filter-out 0,$(WORST)),$(METHODS:%=$(REPORT)/worst-%.png))
 
 $(OUT)/seconds.json: $(PREDICTIONS) $(PICTURES) $(OUT)/protrusion.json
 	@cd $(OUT)/seconds && for f in *; do printf '%s %s\n' "$$f" "$$(cat "$$f")"; done | \

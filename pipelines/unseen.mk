@@ -41,6 +41,6 @@ $(UNSEEN)/tables.json: $(UNSEEN)/fem.h5 $(UNSEEN)/ndg.h5 $(UNSEEN)/vertexnet.h5
 	$(STAGE) unseen-metrics $(BIN)/evaluate-metrics $(RUN) $(UNSEEN_FILES) --splits $(UNSEEN)/splits.h5 \
 	    --reference $(UNSEEN)/fem.h5 --prediction $(UNSEEN)/ndg.h5 --prediction $(UNSEEN)/vertexnet.h5 --output $@
 
-$(UNSEEN)/frames.png: $(UNSEEN)/fem.h5 $(UNSEEN)/ndg.h5 $(UNSEEN)/vertexnet.h5
+$(REPORT)/unseen.png: $(UNSEEN)/fem.h5 $(UNSEEN)/ndg.h5 $(UNSEEN)/vertexnet.h5
 	$(STAGE) unseen-picture $(BIN)/export-scene $(RUN) $(UNSEEN_FILES) $(addprefix --deformations ,$^) \
 	    --picture-kind frames --colour volume --height 500 --picture $@

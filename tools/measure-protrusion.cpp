@@ -51,10 +51,14 @@ int main(int argc, char** argv)
                    table.pairs, table.bodies, table.colliding_pairs);
         fmt::print("at rest: anatomy crosses the skin of {} bodies and sticks out of that of {}\n",
                    table.bodies_intersecting_at_rest, table.bodies_protruding_at_rest);
+        if (table.bodies_intersecting_at_rest > 0)
+            fmt::print("  most bodies: {}\n", fmt::join(most_frequent(table.parts_intersecting_at_rest), ", "));
         const auto print = [](const ProtrusionRow& row) {
             fmt::print("{:<40} {:5.1f} % of {} frames intersect, {:5.1f} % protrude, {:.2f} mm, at most {:.1f} mm {}\n",
                        row.method, row.intersecting_frames, row.frames, row.protruding_frames, row.protrusion_mm,
                        row.max_protrusion_mm, row.deepest);
+            if (!row.intersecting_parts.empty())
+                fmt::print("  most frames: {}\n", fmt::join(most_frequent(row.intersecting_parts), ", "));
         };
         for (const ProtrusionRow& row : table.rows) print(row);
         for (const ProtrusionRow& row : external) print(row);

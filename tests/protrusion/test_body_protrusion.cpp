@@ -98,7 +98,7 @@ TEST_CASE_METHOD(Tube, "Embedded anatomy follows the flesh of each method and is
     const PosedBody posed = poser.pose(tube.rest, poses[1]);
     const FrameProtrusion whole = measured.posed(posed, anatomy_rest, file("A", 1.0).set.points(1));
     const FrameProtrusion drawn_in = measured.posed(posed, anatomy_rest, file("B", -1.0).set.points(1));
-    CHECK(whole.intersecting_triangles == 0);
+    CHECK(whole.intersecting.empty());
     CHECK(whole.protruding_vertices == 0);
     CHECK(drawn_in.protruding_vertices > 0);
     CHECK(measured.deepest_part(drawn_in) == tube.anatomy_parts[0].name);

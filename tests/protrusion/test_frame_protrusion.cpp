@@ -55,29 +55,29 @@ test::Surface spike(double distance)
 TEST_CASE("A vertex 2 mm outside of a sphere protrudes by 2 mm")
 {
     const FrameProtrusion frame = measure(spike(radius + 0.002));
-    CHECK(frame.intersecting_triangles == 1);
+    CHECK(frame.intersecting == std::vector<int>{0});
     CHECK(frame.protruding_vertices == 1);
     CHECK(frame.depth_sum_mm == Approx(2.0).epsilon(1e-6));
     CHECK(frame.max_depth_mm == frame.depth_sum_mm);
     CHECK(frame.deepest_vertex == 0);
     const FrameProtrusion inside = measure(spike(radius - 0.002));
-    CHECK(inside.intersecting_triangles == 0);
+    CHECK(inside.intersecting.empty());
     CHECK(inside.protruding_vertices == 0);
 }
 
 TEST_CASE("A bone that sticks out by 3 mm does so, one that is inside or wholly outside is told apart")
 {
     const FrameProtrusion out = measure(bone(radius - 0.01 + 0.003));
-    CHECK(out.intersecting_triangles > 0);
+    CHECK_FALSE(out.intersecting.empty());
     CHECK(out.protruding_vertices > 0);
     CHECK(out.protruding_vertices < bone(0).vertices.rows() / 2);
     CHECK(out.max_depth_mm == Approx(3.0).epsilon(0.02));  // the sphere is faceted
     const FrameProtrusion inside = measure(bone(radius - 0.01 - 0.003));
-    CHECK(inside.intersecting_triangles == 0);
+    CHECK(inside.intersecting.empty());
     CHECK(inside.protruding_vertices == 0);
     // Far outside: it protrudes although it crosses nothing.
     const FrameProtrusion beyond = measure(bone(radius + 0.03));
-    CHECK(beyond.intersecting_triangles == 0);
+    CHECK(beyond.intersecting.empty());
     CHECK(beyond.protruding_vertices == bone(0).vertices.rows());
     CHECK(beyond.max_depth_mm == Approx(40.0).epsilon(0.02));
 }
@@ -88,10 +88,10 @@ TEST_CASE("What is excluded counts neither as skin nor as anatomy")
     FrameSkin skin = ball();
     skin.compared.assign(skin.compared.size(), 0);
     const FrameProtrusion no_skin = frame_protrusion(skin, out.vertices, out.triangles);
-    CHECK(no_skin.intersecting_triangles == 0);
+    CHECK(no_skin.intersecting.empty());
     CHECK(no_skin.protruding_vertices > 0);  // the whole skin says what is inside
     const FrameProtrusion no_bone = frame_protrusion(ball(), out.vertices, Triangles(0, 3));
-    CHECK(no_bone.intersecting_triangles == 0);
+    CHECK(no_bone.intersecting.empty());
     CHECK(no_bone.protruding_vertices == 0);
 }
 
@@ -113,10 +113,10 @@ TEST_CASE("Rows are shares of frames, and the mean distance of all vertices outs
 {
     ProtrusionSum sum("X");
     CHECK_THROWS_AS(sum.row(), Error);
-    sum.add({0, 0, 0, 0, -1}, "");
-    sum.add({5, 0, 0, 0, -1}, "");
-    sum.add({5, 3, 6.0, 3.0, 7}, "a rib");
-    sum.add({5, 1, 4.0, 4.0, 9}, "a toe");
+    sum.add({{}, 0, 0, 0, -1}, "", {});
+    sum.add({{4, 8}, 0, 0, 0, -1}, "", {"a rib"});
+    sum.add({{1}, 3, 6.0, 3.0, 7}, "a rib", {"a rib", "a toe"});
+    sum.add({{2}, 1, 4.0, 4.0, 9}, "a toe", {"a rib"});
     const ProtrusionRow row = sum.row();
     CHECK(row.frames == 4);
     CHECK(row.intersecting_frames == 75);
@@ -124,6 +124,7 @@ TEST_CASE("Rows are shares of frames, and the mean distance of all vertices outs
     CHECK(row.protrusion_mm == 2.5);
     CHECK(row.max_protrusion_mm == 4);
     CHECK(row.deepest == "a toe");
+    CHECK(row.intersecting_parts == std::map<std::string, int>{{"a rib", 3}, {"a toe", 1}});
 }
 
 TEST_CASE("Frames of other models are read from a folder of meshes")

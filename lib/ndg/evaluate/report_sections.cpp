@@ -156,9 +156,9 @@ std::vector<ReportSection> report_sections(const Report& report, const Json& tab
              fmt::format(
                  "{} pairs of body and pose, {} of them left out because coarse parts of the body collide; head, "
                  "hands and toes do not count. At rest anatomy crosses the skin of {} of {} bodies.",
-                 tables["counts"]["table3_pairs"].dump(), tables["counts"]["table3_colliding_pairs"].dump(),
-                 tables["counts"]["table3_bodies_intersecting_at_rest"].dump(),
-                 tables["counts"]["table3_bodies"].dump()),
+                 tables["counts"].value("table3_pairs", 0), tables["counts"].value("table3_colliding_pairs", 0),
+                 tables["counts"].value("table3_bodies_intersecting_at_rest", 0),
+                 tables["counts"].value("table3_bodies", 0)),
              protrusion_table(tables["table3"]),
              "Mean protrusion: distance to the skin of all vertices outside of it in all frames."});
     if (tables.contains("table4")) {

@@ -68,11 +68,23 @@ FrameProtrusion BodyProtrusion::at_rest(const Body& body) const
     return measure(body.skin_vertices, anatomy_at_rest(*template_, body));
 }
 
-std::string BodyProtrusion::deepest_part(const FrameProtrusion& frame) const
+std::string BodyProtrusion::part_of(int vertex) const
 {
     for (const AnatomyPart& part : template_->anatomy_parts)
-        if (frame.deepest_vertex >= part.vertex_begin && frame.deepest_vertex < part.vertex_end) return part.name;
+        if (vertex >= part.vertex_begin && vertex < part.vertex_end) return part.name;
     return "";
+}
+
+std::string BodyProtrusion::deepest_part(const FrameProtrusion& frame) const
+{
+    return part_of(frame.deepest_vertex);
+}
+
+std::set<std::string> BodyProtrusion::intersecting_parts(const FrameProtrusion& frame) const
+{
+    std::set<std::string> parts;
+    for (const int triangle : frame.intersecting) parts.insert(part_of(compared_anatomy_(triangle, 0)));
+    return parts;
 }
 
 FrameProtrusion BodyProtrusion::measure(Points skin_vertices, const Points& anatomy) const
@@ -109,7 +121,8 @@ ProtrusionTable body_protrusion(const Template& body_template, const BodySet& bo
         const Body& body = bodies.bodies[body_idx];
         const FrameProtrusion rest = measured.at_rest(body);
         ++table.bodies;
-        table.bodies_intersecting_at_rest += rest.intersecting_triangles > 0;
+        table.bodies_intersecting_at_rest += !rest.intersecting.empty();
+        for (const std::string& part : measured.intersecting_parts(rest)) ++table.parts_intersecting_at_rest[part];
         table.bodies_protruding_at_rest += rest.protruding_vertices > 0;
         const Points anatomy_rest = anatomy_at_rest(body_template, body);
         for (const int i : indices) {
@@ -121,7 +134,8 @@ ProtrusionTable body_protrusion(const Template& body_template, const BodySet& bo
             }
             for (std::size_t f = 0; f < files.size(); ++f) {
                 const FrameProtrusion frame = measured.posed(posed, anatomy_rest, files[f].set.points(samples[f][i]));
-                sums[f].add(frame, fmt::format("{} of {}", measured.deepest_part(frame), describe(pairs[i])));
+                sums[f].add(frame, fmt::format("{} of {}", measured.deepest_part(frame), describe(pairs[i])),
+                            measured.intersecting_parts(frame));
             }
         }
     }

@@ -6,6 +6,8 @@
 #include "ndg/deform/posed_body.h"
 #include "ndg/protrusion/frame_protrusion.h"
 
+#include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -24,8 +26,11 @@ public:
     FrameProtrusion at_rest(const Body& body) const;
     /// Name of the bone or muscle that the deepest vertex belongs to; empty for none.
     std::string deepest_part(const FrameProtrusion& frame) const;
+    /// Names of the bones and muscles that cross the skin.
+    std::set<std::string> intersecting_parts(const FrameProtrusion& frame) const;
 
 private:
+    std::string part_of(int vertex) const;
     FrameProtrusion measure(Points skin_vertices, const Points& anatomy) const;
 
     const Template* template_;
@@ -40,6 +45,7 @@ struct ProtrusionTable {
     int colliding_pairs = 0;          ///< of these, left out because coarse parts of the body collide
     /// Of the bodies that were measured, those whose anatomy crosses the skin, or sticks out, at rest already.
     int bodies = 0, bodies_intersecting_at_rest = 0, bodies_protruding_at_rest = 0;
+    std::map<std::string, int> parts_intersecting_at_rest;  ///< bone or muscle -> bodies
 };
 
 /// A deformation file and the path it was read from, for messages.

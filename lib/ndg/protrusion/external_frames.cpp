@@ -104,6 +104,7 @@ ProtrusionRow external_protrusion(const std::string& method, const std::string& 
 
         FrameProtrusion frame;
         std::string deepest;
+        std::set<std::string> intersecting;
         for (const auto& [tissue, path] : paths.tissues) {
             const MeshFile inside = read_mesh(path);
             std::vector<char> beyond(inside.vertices.rows(), 0);
@@ -112,13 +113,14 @@ ProtrusionRow external_protrusion(const std::string& method, const std::string& 
                 beyond[v] = touches(skin.triangles.row(nearest.triangle_idx), left_out);
             }
             const FrameProtrusion one = frame_protrusion(skin, inside.vertices, without(inside.triangles, beyond));
-            frame.intersecting_triangles += one.intersecting_triangles;
+            frame.intersecting.insert(frame.intersecting.end(), one.intersecting.begin(), one.intersecting.end());
+            if (!one.intersecting.empty()) intersecting.insert(tissue);
             frame.protruding_vertices += one.protruding_vertices;
             frame.depth_sum_mm += one.depth_sum_mm;
             if (one.max_depth_mm > frame.max_depth_mm) deepest = tissue + " of frame " + name;
             frame.max_depth_mm = std::max(frame.max_depth_mm, one.max_depth_mm);
         }
-        sum.add(frame, deepest);
+        sum.add(frame, deepest, intersecting);
         progress.advance();
     }
     return sum.row();

@@ -40,12 +40,10 @@ FrameProtrusion frame_protrusion(const FrameSkin& skin, const Eigen::Ref<const P
     FrameProtrusion frame;
     const std::vector<int> pieces = pieces_of(inside, int(inside_vertices.rows()));
     std::vector<char> crossing(inside_vertices.rows(), 0);  // of each piece
-    int last = -1;
     for (const auto& [triangle, crossed] : crossing_triangles(inside_vertices, inside, skin.vertices, skin.triangles)) {
         crossing[pieces[inside(triangle, 0)]] = 1;
-        if (!skin.compared[crossed] || triangle == last) continue;
-        ++frame.intersecting_triangles;
-        last = triangle;
+        const bool known = !frame.intersecting.empty() && frame.intersecting.back() == triangle;
+        if (skin.compared[crossed] && !known) frame.intersecting.push_back(triangle);
     }
 
     // A piece that does not cross the skin lies inside or outside of it as a whole.
@@ -72,10 +70,11 @@ FrameProtrusion frame_protrusion(const FrameSkin& skin, const Eigen::Ref<const P
     return frame;
 }
 
-void ProtrusionSum::add(const FrameProtrusion& frame, const std::string& deepest)
+void ProtrusionSum::add(const FrameProtrusion& frame, const std::string& deepest, const std::set<std::string>& parts)
 {
     ++row_.frames;
-    intersecting_ += frame.intersecting_triangles > 0;
+    intersecting_ += !frame.intersecting.empty();
+    for (const std::string& part : parts) ++row_.intersecting_parts[part];
     protruding_ += frame.protruding_vertices > 0;
     vertices_ += frame.protruding_vertices;
     depth_sum_mm_ += frame.depth_sum_mm;

@@ -4,6 +4,8 @@
 
 #include "ndg/core/types.h"
 
+#include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -18,9 +20,9 @@ struct FrameSkin {
 
 /// How what lies inside meets the skin in one frame.
 struct FrameProtrusion {
-    int intersecting_triangles = 0;  ///< triangles inside that cross the compared skin
-    int protruding_vertices = 0;     ///< of `inside`, outside of the skin
-    double depth_sum_mm = 0;         ///< their distances to the skin
+    std::vector<int> intersecting;  ///< of `inside`, triangles that cross the compared skin, ascending
+    int protruding_vertices = 0;    ///< of `inside`, outside of the skin
+    double depth_sum_mm = 0;        ///< their distances to the skin
     double max_depth_mm = 0;
     int deepest_vertex = -1;  ///< of inside_vertices; -1: none
 };
@@ -38,15 +40,16 @@ struct ProtrusionRow {
     double protruding_frames = 0;    ///< with a vertex outside
     double protrusion_mm = 0;        ///< mean distance to the skin of all vertices outside, 0 for none
     double max_protrusion_mm = 0;
-    std::string deepest;  ///< what sticks out deepest, in words; empty for nothing
+    std::string deepest;                            ///< what sticks out deepest, in words; empty for nothing
+    std::map<std::string, int> intersecting_parts;  ///< bone, muscle or tissue -> frames in which it crosses the skin
 };
 
 /// Adds frames up to a row.
 class ProtrusionSum {
 public:
     explicit ProtrusionSum(std::string method) { row_.method = std::move(method); }
-    /// `deepest`: what the frame's deepest vertex belongs to.
-    void add(const FrameProtrusion& frame, const std::string& deepest);
+    /// `deepest`: what the frame's deepest vertex belongs to; `parts`: what its crossing triangles belong to.
+    void add(const FrameProtrusion& frame, const std::string& deepest, const std::set<std::string>& parts);
     /// Throws Error where no frame was added.
     ProtrusionRow row() const;
 

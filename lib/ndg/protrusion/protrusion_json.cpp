@@ -1,9 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ndg/protrusion/protrusion_json.h"
 
+#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
+
 namespace ndg {
+
+std::vector<std::string> most_frequent(const std::map<std::string, int>& parts, std::size_t count)
+{
+    std::vector<std::pair<int, std::string>> sorted;
+    for (const auto& [part, frames] : parts) sorted.emplace_back(-frames, part);
+    std::sort(sorted.begin(), sorted.end());
+    std::vector<std::string> texts;
+    for (std::size_t i = 0; i < std::min(count, sorted.size()); ++i)
+        texts.push_back(fmt::format("{} ({})", sorted[i].second, -sorted[i].first));
+    return texts;
+}
 
 std::string protrusion_json(const ProtrusionTable& table, const std::vector<ProtrusionRow>& external)
 {
@@ -15,7 +29,8 @@ std::string protrusion_json(const ProtrusionTable& table, const std::vector<Prot
                                       {"protrusion_mm", row.protrusion_mm},
                                       {"max_protrusion_mm", row.max_protrusion_mm},
                                       {"frames", row.frames},
-                                      {"deepest", row.deepest}};
+                                      {"deepest", row.deepest},
+                                      {"intersecting_parts", most_frequent(row.intersecting_parts)}};
     };
     for (const ProtrusionRow& row : table.rows) add(row);
     for (const ProtrusionRow& row : external) add(row);
