@@ -2,6 +2,8 @@
 #include "ndg/core/tool.h"
 #include "ndg/people/exaggeration.h"
 
+#include <fmt/format.h>
+
 int main(int argc, char** argv)
 {
     using namespace ndg;

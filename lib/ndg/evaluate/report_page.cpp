@@ -74,7 +74,7 @@ std::string distribution_chart(const std::vector<MethodMetrics>& rows)
         for (std::size_t i = 0; i < sorted.size(); ++i)
             lines.back().points.emplace_back(100.0 * double(i + 1) / double(sorted.size()), sorted[i]);
     }
-    return svg_chart(lines, "share of samples [%]", "E_pos up to [mm]");
+    return svg_chart(lines, 0, 100, "share of samples [%]", "E_pos up to [mm]");
 }
 
 /// Share of prisms by their change of volume, a line a method (NDG Figure 9).
@@ -86,7 +86,7 @@ std::string volume_chart(const std::vector<MethodMetrics>& rows)
         for (int bin = 0; bin < volume_bins; ++bin)
             lines.back().points.emplace_back(volume_bin_centre(bin), 100.0 * row.mean.volume_changes[bin]);
     }
-    return svg_chart(lines, "V / V at rest - 1 (both ends: and beyond)", "share of prisms [%]");
+    return svg_chart(lines, -1, 1, "V / V at rest - 1 (both ends: and beyond)", "share of prisms [%]");
 }
 
 const char* const page_style = R"(

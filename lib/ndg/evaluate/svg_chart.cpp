@@ -27,19 +27,19 @@ std::string colour(std::size_t line)
 
 }  // namespace
 
-std::string svg_chart(const std::vector<SvgLine>& lines, const std::string& x_axis, const std::string& y_axis)
+std::string svg_chart(const std::vector<SvgLine>& lines, double x_low, double x_high, const std::string& x_axis,
+                      const std::string& y_axis)
 {
     constexpr double infinity = std::numeric_limits<double>::infinity();
-    Axis x{infinity, -infinity, left, width - right}, y{infinity, -infinity, height - bottom, top};
+    const Axis x{x_low, x_high, left, width - right};
+    Axis y{infinity, -infinity, height - bottom, top};
     for (const SvgLine& line : lines)
         for (const auto& [px, py] : line.points) {
             if (!(py > 0)) continue;
-            x.low = std::min(x.low, px);
-            x.high = std::max(x.high, px);
             y.low = std::min(y.low, std::log10(py));
             y.high = std::max(y.high, std::log10(py));
         }
-    if (!(x.low < x.high)) return "";
+    if (!(y.low <= y.high)) return "";
     y.low = std::floor(y.low);
     y.high = std::max(std::ceil(y.high), y.low + 1);
 

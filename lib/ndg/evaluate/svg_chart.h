@@ -13,7 +13,9 @@ struct SvgLine {
     std::vector<std::pair<double, double>> points;  ///< (x, y); those with y <= 0 are left out
 };
 
-/// Lines over a linear horizontal and a logarithmic vertical axis, with a legend; "" where no point can be shown.
-std::string svg_chart(const std::vector<SvgLine>& lines, const std::string& x_axis, const std::string& y_axis);
+/// Lines over a linear horizontal axis from `x_low` to `x_high` and a logarithmic vertical one, with a legend; "" where
+/// no point can be shown.
+std::string svg_chart(const std::vector<SvgLine>& lines, double x_low, double x_high, const std::string& x_axis,
+                      const std::string& y_axis);
 
 }  // namespace ndg
