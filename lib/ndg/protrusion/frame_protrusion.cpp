@@ -43,7 +43,7 @@ FrameProtrusion frame_protrusion(const FrameSkin& skin, const Eigen::Ref<const P
     // By a nanometre in no particular direction: an edge that meets an edge exactly, as in bodies that are their own
     // mirror image, would cross neither of its triangles.
     const Points shifted = inside_vertices.rowwise() + 1e-9 * Eigen::RowVector3d(0.31, 0.73, 0.61);
-    for (const auto& [triangle, crossed] : crossing_triangles(shifted, inside, skin.vertices, skin.triangles) {
+    for (const auto& [triangle, crossed] : crossing_triangles(shifted, inside, skin.vertices, skin.triangles)) {
         crossing[pieces[inside(triangle, 0)]] = 1;
         const bool known = !frame.intersecting.empty() && frame.intersecting.back() == triangle;
         if (skin.compared[crossed] && !known) frame.intersecting.push_back(triangle);
