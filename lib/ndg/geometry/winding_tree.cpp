@@ -11,7 +11,7 @@ namespace ndg {
 
 namespace {
 
-constexpr double far_radii = 2.0;  ///< beta of Barill et al.
+constexpr double far_radii = 2.5;  ///< beta of Barill et al.
 constexpr int leaf_size = 8;
 
 }  // namespace

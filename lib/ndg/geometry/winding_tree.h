@@ -13,9 +13,9 @@ namespace ndg {
 double half_solid_angle(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c, double length_a,
                         double length_b, double length_c);
 
-/// Winding numbers through a hierarchy of triangles (Barill et al. 2018): clusters that lie further away than twice
-/// their radius count as their dipole and its first derivative, others by their triangles. Within 0.02 of the direct
-/// sum.
+/// Winding numbers through a hierarchy of triangles (Barill et al. 2018): clusters that lie further away than two and a
+/// half times their radius count as their dipole and its first derivative, others by their triangles. Within 0.02 of
+/// the direct sum.
 class WindingTree {
 public:
     /// Throws Error for a mesh without triangles.
