@@ -53,6 +53,7 @@ include pipelines/dataset.mk
 include pipelines/bodies.mk
 include pipelines/train.mk
 include pipelines/eval.mk
+include pipelines/unseen.mk
 include pipelines/curve.mk
 include pipelines/scan.mk
 include pipelines/slurm/slurm.mk
@@ -61,6 +62,7 @@ demo: PRESET := demo
 demo: ## the whole pipeline at demo size: bodies, poses, FEM, training, Table 1, pictures; needs no data
 	$(CHECK_DATA)
 	@$(MAKE) --no-print-directory tables PRESET=demo DATA="$(DATA)" LEAVE_OUT="$(SLOWER_METHODS)"
+	$(if $(DATA),,@$(MAKE) --no-print-directory check-results PRESET=demo)
 
 bench: build ## benchmarks: bench/<name>, results in out/bench/<name>.json
 	@pipelines/run-benches.sh "$(BIN)" "$(BENCH)" out/bench

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-# Predictions on the test split, Table 1, pictures and a GLB.
+# Predictions on the test split, Tables 1 to 4, pictures and a GLB.
 
-.PHONY: tables ablations beyond-paper
-tables: build ## Table 1 and pictures, out/<preset>/report/{index.html,results.md,tables.json}
+.PHONY: tables ablations beyond-paper check-results
+tables: build ## Tables 1 and 3 and pictures, out/<preset>/report/{index.html,results.md,tables.json}
 	@$(MAKE) --no-print-directory $(OUT)/report/tables.json
 	@cat $(OUT)/report/results.md
 	@echo "report: $(OUT)/report/index.html"
@@ -12,6 +12,12 @@ ablations: build ## the same with the rows of Table 4: NDG without matrix expone
 
 beyond-paper: build ## the same with rows that are not in the paper: fixed bases, regional networks, averages of weights
 	@$(MAKE) --no-print-directory tables VARIANTS="$(BEYOND_PAPER)"
+
+EXPECTATIONS ?= configs/expectations/$(PRESET).json
+check-results: build ## hold the tables of a run against configs/expectations/<preset>.json; exit code 3 where they differ
+	@test -f "$(REPORT)/tables.json" || { echo "there is no $(REPORT)/tables.json: make tables PRESET=$(PRESET)" >&2; exit 2; }
+	@test -f "$(EXPECTATIONS)" || { echo "there are no expectations of this preset, $(EXPECTATIONS)" >&2; exit 2; }
+	@$(BIN)/check-results --tables $(REPORT)/tables.json --expectations $(EXPECTATIONS)
 
 TEST_PAIRS = --splits $(OUT)/splits.h5 --split test
 REPORT = $(OUT)/report
@@ -23,9 +29,17 @@ LEAVE_OUT ?=
 # Rows that `make demo` leaves to `make tables PRESET=demo`.
 SLOWER_METHODS = projective-skinning corotated linear-correctives
 METHODS := $(filter-out fem gradients rigid-parts $(LEAVE_OUT),$(shell $(BIN)/animate --list-methods 2> /dev/null))
-# Rows of Table 1 beside those: variants (pipelines/train.mk).
+# Rows beside those of Table 1: variants (pipelines/train.mk), of Table 4 or beyond the paper.
 VARIANTS ?=
-PREDICTIONS = $(METHODS:%=$(OUT)/%.h5) $(VARIANTS:%=$(OUT)/variant-%.h5)
+METHOD_PREDICTIONS = $(METHODS:%=$(OUT)/%.h5)
+TABLE_4 = $(patsubst %,$(OUT)/variant-%.h5,$(filter-out $(BEYOND_PAPER),$(VARIANTS)))
+OTHER_ROWS = $(patsubst %,$(OUT)/variant-%.h5,$(filter $(BEYOND_PAPER),$(VARIANTS)))
+PREDICTIONS = $(METHOD_PREDICTIONS) $(TABLE_4) $(OTHER_ROWS)
+# Table 2 (pipelines/unseen.mk) where asked for.
+TABLE_2 ?=
+UNSEEN_TABLES = $(if $(TABLE_2),$(OUT)/unseen/tables.json)
+# Folders of meshes of other models for Table 3 (docs/formats.md), each a row called like its folder.
+EXTERNAL ?=
 
 # What a method needs beside bodies and poses: METHOD_FILES_<method> = --<flag> <file> ...
 METHOD_FILES_ndg = --model $(OUT)/model.h5
@@ -66,17 +80,34 @@ $(REPORT)/bodies.png: $(OUT)/template.h5 $(OUT)/bodies.h5
 
 $(REPORT)/frames.png: $(BODY_DEPS) $(OUT)/fem.h5 $(PREDICTIONS)
 	$(STAGE) picture-frames $(BIN)/export-scene $(RUN) $(BODY_FILES) $(addprefix --deformations ,$(OUT)/fem.h5 $(PREDICTIONS)) \
-	    --picture-kind frames --colour volume --picture $@
+	    --picture-kind frames --colour volume --height 700 --picture $@
+
+$(REPORT)/errors.png: $(OUT)/template.h5 $(OUT)/bodies.h5 $(OUT)/fem.h5 $(OUT)/ndg.h5 $(OUT)/vertexnet.h5
+	$(STAGE) picture-errors $(BIN)/export-scene $(RUN) --template $(OUT)/template.h5 --bodies $(OUT)/bodies.h5 \
+	    $(addprefix --deformations ,$(OUT)/fem.h5 $(OUT)/ndg.h5 $(OUT)/vertexnet.h5) --picture-kind errors --height 600 --picture $@
+
+# The WORST=<n> worst samples of each method, beside FEM.
+WORST ?= $(if $(filter demo smoke,$(PRESET)),0,5)
+$(REPORT)/worst-%.png: $(OUT)/%.h5 $(BODY_DEPS) $(OUT)/fem.h5
+	$(STAGE) picture-worst-$* $(BIN)/export-scene $(RUN) $(BODY_FILES) --deformations $(OUT)/fem.h5 --deformations $< \
+	    --picture-kind worst --count $(WORST) --colour volume --height 400 --picture $@
 
 $(REPORT)/posed.glb: $(BODY_DEPS) $(OUT)/ndg.h5
 	$(STAGE) scene-glb $(BIN)/export-scene $(RUN) $(BODY_FILES) --deformations $(OUT)/ndg.h5 --sample 0 --mesh $@
 
-PICTURES = $(addprefix $(REPORT)/,layers.png cut.png bodies.png frames.png posed.glb)
+$(OUT)/protrusion.json: $(BODY_DEPS) $(OUT)/splits.h5 $(OUT)/fem.h5 $(METHOD_PREDICTIONS) $(call OPTIONS_OF,measure-protrusion)
+	$(STAGE) measure-protrusion $(BIN)/measure-protrusion $(RUN) $(BODY_FILES) $(TEST_PAIRS) \
+	    $(addprefix --deformations ,$(OUT)/fem.h5 $(METHOD_PREDICTIONS)) $(addprefix --external ,$(EXTERNAL)) --output $@
 
-$(OUT)/seconds.json: $(PREDICTIONS) $(PICTURES)
+PICTURES = $(addprefix $(REPORT)/,layers.png cut.png bodies.png frames.png errors.png posed.glb) \
+    $(if $(TABLE_2),$(REPORT)/unseen.png) $(if $(filter-out 0,$(WORST)),$(METHODS:%=$(REPORT)/worst-%.png))
+
+$(OUT)/seconds.json: $(PREDICTIONS) $(PICTURES) $(OUT)/protrusion.json
 	@cd $(OUT)/seconds && for f in *; do printf '%s %s\n' "$$f" "$$(cat "$$f")"; done | \
 	    awk 'BEGIN { printf "{" } { printf "%s\"%s\": %s", (NR > 1 ? ", " : ""), $$1, $$2 } END { print "}" }' > ../seconds.json
 
-$(REPORT)/tables.json: $(BODY_DEPS) $(OUT)/splits.h5 $(OUT)/fem.h5 $(PREDICTIONS) $(OUT)/seconds.json
+$(REPORT)/tables.json: $(BODY_DEPS) $(OUT)/splits.h5 $(OUT)/fem.h5 $(PREDICTIONS) $(OUT)/protrusion.json $(UNSEEN_TABLES) $(OUT)/seconds.json
 	$(STAGE) evaluate-metrics $(BIN)/evaluate-metrics $(RUN) $(BODY_FILES) $(TEST_PAIRS) --reference $(OUT)/fem.h5 \
-	    $(addprefix --prediction ,$(PREDICTIONS)) --seconds $(OUT)/seconds.json --output $@
+	    $(addprefix --prediction ,$(METHOD_PREDICTIONS)) $(addprefix --variant ,$(TABLE_4)) \
+	    $(addprefix --beyond-paper ,$(OTHER_ROWS)) --protrusion $(OUT)/protrusion.json $(addprefix --unseen ,$(UNSEEN_TABLES)) \
+	    --seconds $(OUT)/seconds.json --output $@

@@ -6,6 +6,7 @@
 #include "ndg/export/export_meshes.h"
 #include "ndg/scene/colour_map.h"
 #include "ndg/scene/contact_sheet.h"
+#include "ndg/scene/error_pictures.h"
 #include "ndg/scene/pictures.h"
 
 #include <algorithm>
@@ -169,6 +170,7 @@ int main(int argc, char** argv)
     ContactSheetSettings sheet;
     SectionChoice section;
     int height = 0;
+    double error_range_mm = 5.0;
     tool.input("template", template_path, "Template");
     tool.input("bodies", bodies_path, "Layered bodies");
     tool.input("poses", poses_path, "Poses, for --pose, --sample, frames and poses", false);
@@ -189,7 +191,7 @@ int main(int argc, char** argv)
     tool.parameter("surface", surface, "What --mesh holds",
                    {"all", "skin", "muscle_wrap", "bone_wrap", "bones", "muscles"});
     tool.parameter("picture-kind", kind, "What the picture shows",
-                   {"body", "layers", "cut", "section", "frames", "bodies", "poses"});
+                   {"body", "layers", "cut", "section", "frames", "worst", "errors", "bodies", "poses"});
     tool.parameter("plane", section.kind, "Plane of the sections, for --picture-kind section");
     tool.parameter("through", section.joint, "Joint the plane goes through; empty: pelvis, left_upper_arm or spine_4");
     tool.parameter("offset", section.offset, "Metres from there to the left, forward or up", -2.0, 2.0);
@@ -197,6 +199,8 @@ int main(int argc, char** argv)
     tool.parameter("view", settings.view, "Where the camera stands");
     tool.parameter("colour", colour, "Skin in plain colour or by volume change", {"plain", "volume"});
     tool.parameter("colour-range", settings.colour_range, "Volume change shown in full colour", 1e-3, 10.0);
+    tool.parameter("error-range", error_range_mm, "Distance in mm shown in full red, for --picture-kind errors", 0.01,
+                   1000.0);
     tool.parameter("split", split, "Split the frames are taken from", split_names);
     tool.parameter("count", count,
                    "Number of frames, bodies or poses shown (section: 1 for the one of --body, more spread evenly)", 1,
@@ -258,6 +262,13 @@ int main(int argc, char** argv)
         }
         if (kind == "frames")
             write_png(picture_path, frames_picture(poser, bodies, poses, files, split, count, settings));
+        if (kind == "worst") {
+            require_input(files.size() == 2, "The worst samples need two --deformations, a reference and a prediction");
+            const auto worst = worst_samples(body_template, files[0], files[1], split, count);
+            write_png(picture_path, frames_picture(poser, bodies, poses, files, worst, settings));
+        }
+        if (kind == "errors")
+            write_png(picture_path, errors_picture(body_template, files, split, error_range_mm, settings));
         if (kind == "bodies") write_png(picture_path, bodies_picture(body_template, bodies, count, settings));
         if (kind == "poses") write_png(picture_path, poses_picture(poser, bodies, asked.body_idx, poses, count, sheet));
         std::cout << picture_path << "\n";

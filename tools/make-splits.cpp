@@ -9,7 +9,7 @@ using namespace ndg;
 
 int main(int argc, char** argv)
 {
-    std::string template_path, bodies_path, poses_path, output_path;
+    std::string template_path, bodies_path, poses_path, unseen_path, output_path;
     SplitOptions options;
     options.num_pairs = {240, 30, 30};
 
@@ -18,6 +18,10 @@ int main(int argc, char** argv)
     tool.input("template", template_path, "template of the bodies");
     tool.input("bodies", bodies_path, "bodies");
     tool.input("poses", poses_path, "poses");
+    tool.input(
+        "unseen-of", unseen_path,
+        "splits of a dataset that these bodies are no part of: all bodies in all of its test poses, nothing else",
+        false);
     tool.output("output", output_path, "splits and pairs to write");
     tool.options(options);
 
@@ -26,7 +30,10 @@ int main(int argc, char** argv)
         const BodySet bodies = read_bodies(bodies_path, body_template);
         const PoseSet poses = read_poses(poses_path);
         options.seed = tool.seed();
-        const Splits splits = make_splits(static_cast<int>(bodies.bodies.size()), poses, options);
+        const int num_bodies = static_cast<int>(bodies.bodies.size());
+        const Splits splits =
+            unseen_path.empty() ? make_splits(num_bodies, poses, options)
+                                : unseen_bodies_splits(read_splits(unseen_path, -1, poses.size()), "test", num_bodies);
         write_splits(output_path, splits, tool.provenance());
         std::size_t num_used = 0;
         for (const std::string& name : split_names) {
@@ -34,6 +41,7 @@ int main(int argc, char** argv)
                        splits.poses.at(name).size(), splits.pairs.at(name).size());
             num_used += splits.poses.at(name).size();
         }
+        if (!unseen_path.empty()) return;
         fmt::print("{}: {} of {} poses unused, within {} s of another split or spliced from it\n", output_path,
                    static_cast<std::size_t>(poses.size()) - num_used, poses.size(), options.guard_seconds);
     });

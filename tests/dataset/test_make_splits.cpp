@@ -310,3 +310,20 @@ TEST_CASE("spliced poses serve training, and nothing of validation or testing re
     CHECK(used > 0.3 * num_spliced);
     CHECK(used < 0.65 * num_spliced);
 }
+
+TEST_CASE("Bodies that training never saw take all poses of one split and no other")
+{
+    Splits known;
+    known.poses = {{"train", {0, 1, 4}}, {"validation", {2}}, {"test", {3, 5}}};
+    const Splits splits = unseen_bodies_splits(known, "test", 2);
+    CHECK(splits.pairs.at("test") == std::vector<SamplePair>{{0, 3}, {0, 5}, {1, 3}, {1, 5}});
+    CHECK(splits.bodies.at("test") == std::vector<int>{0, 1});
+    CHECK(splits.poses.at("test") == known.poses.at("test"));
+    for (const char* name : {"train", "validation"}) {
+        CHECK(splits.pairs.at(name).empty());
+        CHECK(splits.poses.at(name).empty());
+        CHECK(splits.bodies.at(name).empty());
+    }
+    known.poses["test"].clear();
+    CHECK_THROWS_AS(unseen_bodies_splits(known, "test", 2), InputError);
+}

@@ -6,6 +6,8 @@
 
 #include <catch2/catch.hpp>
 
+#include <cmath>
+
 using namespace ndg;
 
 namespace {
@@ -113,6 +115,27 @@ TEST_CASE("A mirrored body has every prism inverted")
     CHECK(metrics.evaluate(mirrored, mirrored).inverted_prisms == tube.num_prisms());
     CHECK(metrics.evaluate(mirrored, mirrored).corner_inverted_prisms == tube.num_prisms());
     CHECK(metrics.evaluate(tube.rest.volume_vertices, tube.rest.volume_vertices).corner_inverted_prisms == 0);
+}
+
+TEST_CASE("One inverted prism of two is counted, and lies in the first bin of volume changes")
+{
+    const Points prism = unit_prism_vertices();
+    Points rest(12, 3);  // both bone wraps first, as in bodies
+    rest << prism.topRows(3), prism.topRows(3).rowwise() + Eigen::RowVector3d(5, 0, 0), prism.bottomRows(3),
+        prism.bottomRows(3).rowwise() + Eigen::RowVector3d(5, 0, 0);
+    Prisms prisms(2, 6);
+    prisms << 6, 7, 8, 0, 1, 2, 9, 10, 11, 3, 4, 5;
+    Points deformed = rest;
+    deformed.middleRows(6, 3).col(1) *= -1.0;  // the first one is turned inside out
+    deformed.bottomRows(3).col(1) *= 1.26;     // the second grows by 26 %
+    const SampleMetrics sample = BodyMetrics(rest, prisms, 6).evaluate(rest, deformed);
+    CHECK(sample.inverted_prisms == 1);
+    CHECK(sample.corner_inverted_prisms == 1);
+    CHECK(sample.volume_error == Approx((4.0 + 0.26 * 0.26) / 2));
+    CHECK(sample.volume_changes[0] == 0.5);
+    int bin = 0;
+    while (std::abs(volume_bin_centre(bin) - 0.26) > 1.0 / volume_bins) ++bin;
+    CHECK(sample.volume_changes[bin] == 0.5);
 }
 
 TEST_CASE("Means are arithmetic, figure by figure")

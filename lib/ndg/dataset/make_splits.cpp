@@ -248,4 +248,21 @@ Splits make_splits(int num_bodies, const PoseSet& poses, const SplitOptions& opt
     return splits;
 }
 
+Splits unseen_bodies_splits(const Splits& known, const std::string& split, int num_bodies)
+{
+    Splits splits;
+    for (const std::string& name : split_names) {
+        splits.bodies[name];
+        splits.poses[name];
+        splits.pairs[name];
+    }
+    splits.poses[split] = known.poses.at(split);
+    require_input(!splits.poses[split].empty(), "the split {} has no poses", split);
+    for (int b = 0; b < num_bodies; ++b) {
+        splits.bodies[split].push_back(b);
+        for (const int pose : splits.poses[split]) splits.pairs[split].push_back({b, pose});
+    }
+    return splits;
+}
+
 }  // namespace ndg

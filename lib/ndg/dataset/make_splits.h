@@ -7,6 +7,7 @@
 
 #include <array>
 #include <cstdint>
+#include <string>
 
 namespace ndg {
 
@@ -29,5 +30,9 @@ void describe(OptionList& list, SplitOptions& options);
 /// Spliced poses serve training alone, those of which nothing comes from validation or testing; fractions are of the
 /// others. Throws InputError where a split would be without body or pose, or where more pairs are asked for than exist.
 Splits make_splits(int num_bodies, const PoseSet& poses, const SplitOptions& options);
+
+/// All of `num_bodies` other bodies in all poses of one split of `known`, in that split: bodies that training never
+/// saw, in poses that it never saw either. Throws InputError where the split has no pose.
+Splits unseen_bodies_splits(const Splits& known, const std::string& split, int num_bodies);
 
 }  // namespace ndg

@@ -4,6 +4,8 @@
 #include "ndg/core/error.h"
 #include "ndg/geometry/prism.h"
 
+#include <algorithm>
+
 namespace ndg {
 
 BodyMetrics::BodyMetrics(const Eigen::Ref<const Points>& rest_vertices, const Eigen::Ref<const Prisms>& prisms,
@@ -43,6 +45,8 @@ SampleMetrics BodyMetrics::evaluate(const Eigen::Ref<const Points>& reference,
         }
         const double change = volumes[p] / rest_volumes_[p] - 1.0;
         metrics.volume_error += change * change / double(volumes.size());
+        const int bin = int(std::clamp((change + 1.0) * volume_bins / 2, 0.0, volume_bins - 1.0));
+        metrics.volume_changes[bin] += 1.0 / double(volumes.size());
     }
     return metrics;
 }
@@ -57,6 +61,7 @@ SampleMetrics mean_metrics(const std::vector<SampleMetrics>& samples)
         mean.inverted_prisms += sample.inverted_prisms;
         mean.corner_inverted_prisms += sample.corner_inverted_prisms;
         mean.volume_error += sample.volume_error;
+        for (int bin = 0; bin < volume_bins; ++bin) mean.volume_changes[bin] += sample.volume_changes[bin];
     }
     const double scale = 1.0 / double(samples.size());
     mean.position_error_mm *= scale;
@@ -64,6 +69,7 @@ SampleMetrics mean_metrics(const std::vector<SampleMetrics>& samples)
     mean.inverted_prisms *= scale;
     mean.corner_inverted_prisms *= scale;
     mean.volume_error *= scale;
+    for (double& share : mean.volume_changes) share *= scale;
     return mean;
 }
 

@@ -6,9 +6,18 @@
 
 #include <Eigen/SparseCore>
 
+#include <array>
 #include <vector>
 
 namespace ndg {
+
+/// Prisms by V_deformed / V_rest - 1: bins of equal width from -1 to 1, the first and the last with all beyond.
+constexpr int volume_bins = 80;
+using VolumeHistogram = std::array<double, volume_bins>;
+constexpr double volume_bin_centre(int bin)
+{
+    return -1.0 + (2.0 * bin + 1.0) / volume_bins;
+}
 
 /// The figures of one posed body, or their average over samples.
 struct SampleMetrics {
@@ -17,6 +26,7 @@ struct SampleMetrics {
     double inverted_prisms = 0;         ///< E_inv: number of prisms with exact volume < 0
     double corner_inverted_prisms = 0;  ///< E_corner: number of prisms with a negative Jacobian at a corner
     double volume_error = 0;            ///< E_vol: mean over prisms of (V_deformed / V_rest - 1)^2
+    VolumeHistogram volume_changes{};   ///< share of the prisms in each bin
 };
 
 /// What the metrics of one body need, computed once from its rest shape.

@@ -2,6 +2,7 @@
 #include "ndg/evaluate/tables.h"
 
 #include "ndg/core/error.h"
+#include "ndg/core/parallel_for.h"
 #include "ndg/io/h5.h"
 
 #include <nlohmann/json.hpp>
@@ -53,14 +54,34 @@ std::vector<int> match_samples(const NamedDeformations& file, const std::vector<
     return matched;
 }
 
-std::string trimmed(const std::string& text)
-{
-    const auto begin = text.find_first_not_of(" \t");
-    if (begin == std::string::npos) return "";
-    return text.substr(begin, text.find_last_not_of(" \t") - begin + 1);
-}
-
 }  // namespace
+
+ComparedPairs compared_pairs(const std::vector<SamplePair>& pairs, const std::string& split,
+                             const NamedDeformations& reference)
+{
+    const std::map<PairKey, int> samples = index_samples(reference);
+    std::set<PairKey> failures;
+    for (const FailedSample& failure : reference.set.failures) failures.insert(key_of(failure.pair));
+    const auto converged = reference.set.statistics.find("converged");
+    ComparedPairs compared;
+    for (const SamplePair& pair : pairs) {
+        const auto found = samples.find(key_of(pair));
+        if (found == samples.end() && failures.count(key_of(pair)) != 0) {
+            ++compared.failed;
+            continue;
+        }
+        require_input(found != samples.end(), "{} ({}) has no sample of {}, which split {} asks for", reference.path,
+                      reference.set.method, describe(pair), split);
+        if (converged != reference.set.statistics.end() && converged->second[found->second] == 0) {
+            ++compared.unconverged;
+        } else {
+            compared.pairs.push_back(pair);
+        }
+    }
+    require_input(!compared.pairs.empty(), "{}: of the {} samples of split {} {} did not converge and {} failed",
+                  reference.path, pairs.size(), split, compared.unconverged, compared.failed);
+    return compared;
+}
 
 std::vector<MethodMetrics> evaluate_methods(const Template& body_template, const BodySet& bodies,
                                             const std::vector<SamplePair>& pairs, const std::string& split,
@@ -97,23 +118,20 @@ std::vector<MethodMetrics> evaluate_methods(const Template& body_template, const
     for (const auto& [body_idx, sample_indices] : samples_of_body) {
         const BodyMetrics metrics(bodies.bodies[std::size_t(body_idx)].volume_vertices, body_template.prisms,
                                   body_template.num_wrap_vertices());
-        const int num_tasks = int(sample_indices.size());
-#pragma omp parallel for schedule(dynamic)
-        for (int task = 0; task < num_tasks; ++task) {
-            const std::size_t i = sample_indices[std::size_t(task)];
+        parallel_for(int(sample_indices.size()), [&, &indices = sample_indices](int task) {
+            const std::size_t i = indices[task];
             const Points target = reference.set.points(matched[0][i]);
             rows[0].samples[i] = metrics.evaluate(target, target);
             for (std::size_t m = 1; m < files.size(); ++m)
                 rows[m].samples[i] = metrics.evaluate(target, files[m]->set.points(matched[m][i]));
-        }
+        });
     }
     for (MethodMetrics& row : rows) row.mean = mean_metrics(row.samples);
     return rows;
 }
 
 TableCounts count_data(const Template& body_template, const BodySet& bodies, int num_poses,
-                       const std::vector<SamplePair>& pairs, const NamedDeformations& reference,
-                       const std::string& criterion)
+                       const ComparedPairs& compared, const NamedDeformations& reference, const std::string& criterion)
 {
     const auto converged = reference.set.statistics.find("converged");
     require_input(converged != reference.set.statistics.end() && !converged->second.empty(),
@@ -129,11 +147,13 @@ TableCounts count_data(const Template& body_template, const BodySet& bodies, int
         counts.split_samples.emplace_back(
             split, int(std::count(reference.set.pair_splits.begin(), reference.set.pair_splits.end(), split)));
     std::set<int> evaluated_bodies, evaluated_poses;
-    for (const SamplePair& pair : pairs) {
+    for (const SamplePair& pair : compared.pairs) {
         evaluated_bodies.insert(pair.body_idx);
         evaluated_poses.insert(pair.pose_idx);
     }
-    counts.evaluated_samples = int(pairs.size());
+    counts.evaluated_samples = int(compared.pairs.size());
+    counts.unconverged_samples = compared.unconverged;
+    counts.failed_samples = compared.failed;
     counts.evaluated_bodies = int(evaluated_bodies.size());
     counts.evaluated_poses = int(evaluated_poses.size());
     const auto num_converged =
@@ -163,39 +183,6 @@ std::string convergence_criterion(const std::string& deformation_path)
                 fem["relative_tolerance"].dump(), fem["absolute_tolerance"].dump());
     }
     return "as configured: " + config;
-}
-
-std::string order_violation(const std::vector<MethodMetrics>& rows, const std::string& order)
-{
-    std::vector<const MethodMetrics*> chain;
-    std::size_t begin = 0;
-    while (begin <= order.size()) {
-        const std::size_t end = std::min(order.find('<', begin), order.size());
-        const std::string method = trimmed(order.substr(begin, end - begin));
-        const auto found =
-            std::find_if(rows.begin(), rows.end(), [&](const MethodMetrics& row) { return row.method == method; });
-        require_input(found != rows.end(), "The expected order \"{}\" names method \"{}\", which was not evaluated",
-                      order, method);
-        chain.push_back(&*found);
-        begin = end + 1;
-    }
-    require_input(chain.size() >= 2, "The expected order \"{}\" must name at least two methods joined by <", order);
-
-    struct Figure {
-        const char* name;
-        double SampleMetrics::*value;
-    };
-    const std::array<Figure, 3> figures = {Figure{"E_pos_mm", &SampleMetrics::position_error_mm},
-                                           Figure{"E_grad", &SampleMetrics::gradient_error},
-                                           Figure{"E_vol", &SampleMetrics::volume_error}};
-    for (const Figure& figure : figures)
-        for (std::size_t i = 0; i + 1 < chain.size(); ++i) {
-            const double better = chain[i]->mean.*figure.value, worse = chain[i + 1]->mean.*figure.value;
-            if (!(better < worse))
-                return fmt::format("{} of {} is {:.6g}, which is not below {:.6g} of {}", figure.name, chain[i]->method,
-                                   better, worse, chain[i + 1]->method);
-        }
-    return "";
 }
 
 }  // namespace ndg

@@ -27,9 +27,19 @@ struct NamedDeformations {
     DeformationSet set;
 };
 
+/// The pairs that every method is compared with FEM on.
+struct ComparedPairs {
+    std::vector<SamplePair> pairs;  ///< in the order given
+    int unconverged = 0;            ///< left out: FEM did not converge (statistic "converged" is 0)
+    int failed = 0;                 ///< left out: FEM gave no deformation (listed among the file's failures)
+};
+/// Throws InputError for a pair that the reference neither holds nor lists as failed, and where no pair is left.
+ComparedPairs compared_pairs(const std::vector<SamplePair>& pairs, const std::string& split,
+                             const NamedDeformations& reference);
+
 /// One row a file: the reference, then the predictions in their order. Samples are matched by (body, pose). Throws
 /// InputError for an empty split, a missing or doubled pair, a sample stored under another split, a body index without
-/// body, and a method that comes twice.
+/// body, a method that comes twice, and files that are damaged.
 std::vector<MethodMetrics> evaluate_methods(const Template& body_template, const BodySet& bodies,
                                             const std::vector<SamplePair>& pairs, const std::string& split,
                                             const NamedDeformations& reference,
@@ -41,23 +51,19 @@ struct TableCounts {
     int prisms = 0, volume_vertices = 0, free_vertices = 0;
     std::vector<std::pair<std::string, int>> split_samples;  ///< split name -> reference samples stored under it
     int evaluated_samples = 0, evaluated_bodies = 0, evaluated_poses = 0;
-    double fem_converged_share = 0;         ///< of all samples of the reference file
-    std::string fem_convergence_criterion;  ///< as the reference file states it
-    int invalid_rest_prisms = 0;            ///< over all bodies, by check_prisms
+    int unconverged_samples = 0, failed_samples = 0;  ///< of the evaluated split, left out (ComparedPairs)
+    double fem_converged_share = 0;                   ///< of all samples of the reference file
+    std::string fem_convergence_criterion;            ///< as the reference file states it
+    int invalid_rest_prisms = 0;                      ///< over all bodies, by check_prisms
 };
 /// Throws InputError when the reference has no statistic "converged".
 TableCounts count_data(const Template& body_template, const BodySet& bodies, int num_poses,
-                       const std::vector<SamplePair>& pairs, const NamedDeformations& reference,
+                       const ComparedPairs& compared, const NamedDeformations& reference,
                        const std::string& convergence_criterion);
 
 /// What a deformation file says of its convergence criterion: its root attribute "convergence_criterion", or else the
 /// tolerances of simulate-fem (NewtonOptions) in the configuration stored with it, or else that configuration as it is.
 /// Throws InputError when it is not an HDF5 file.
 std::string convergence_criterion(const std::string& deformation_path);
-
-/// Checks "NDG<Gradient Skinning<LBS": along the chain E_pos, E_grad and E_vol must each grow strictly. Returns one
-/// sentence naming the first violation, "" when the order holds. Throws InputError for a method without row or fewer
-/// than two methods.
-std::string order_violation(const std::vector<MethodMetrics>& rows, const std::string& order);
 
 }  // namespace ndg

@@ -2,6 +2,7 @@
 #include "ndg/geometry/closest_point.h"
 
 #include "ndg/core/error.h"
+#include "ndg/geometry/winding_tree.h"
 
 #include <algorithm>
 #include <array>
@@ -344,13 +345,8 @@ Eigen::VectorXd winding_numbers(const Eigen::Ref<const Points>& vertices, const 
                 const int i = triangles(t, 0);
                 const int j = triangles(t, 1);
                 const int k = triangles(t, 2);
-                const Eigen::Vector3d a = offsets.row(i);
-                const Eigen::Vector3d b = offsets.row(j);
-                const Eigen::Vector3d c = offsets.row(k);
-                const double determinant = a.dot(b.cross(c));
-                const double denominator = lengths[i] * lengths[j] * lengths[k] + a.dot(b) * lengths[k] +
-                                           b.dot(c) * lengths[i] + c.dot(a) * lengths[j];
-                half_angles += std::atan2(determinant, denominator);
+                half_angles += half_solid_angle(offsets.row(i), offsets.row(j), offsets.row(k), lengths[i], lengths[j],
+                                                lengths[k]);
             }
             result[query] = half_angles / (2.0 * M_PI);
         }

@@ -35,6 +35,22 @@ bool edge_crosses(const Eigen::Ref<const Points>& vertices, const Eigen::Ref<con
     return false;
 }
 
+/// Whether an edge of triangle s of one surface crosses triangle t of another.
+bool edge_crosses(const Eigen::Ref<const Points>& vertices, const Eigen::Ref<const Triangles>& triangles, int s,
+                  const Eigen::Ref<const Points>& other_vertices, const Eigen::Ref<const Triangles>& other_triangles,
+                  int t)
+{
+    for (int i = 0; i < 3; ++i) {
+        if (segment_crosses_triangle(vertices.row(triangles(s, i)), vertices.row(triangles(s, (i + 1) % 3)),
+                                     other_vertices.row(other_triangles(t, 0)),
+                                     other_vertices.row(other_triangles(t, 1)),
+                                     other_vertices.row(other_triangles(t, 2)))) {
+            return true;
+        }
+    }
+    return false;
+}
+
 }  // namespace
 
 bool segment_crosses_triangle(const Eigen::Vector3d& begin, const Eigen::Vector3d& end, const Eigen::Vector3d& a,
@@ -54,6 +70,22 @@ std::vector<std::pair<int, int>> crossing_triangles(const Eigen::Ref<const Point
     std::vector<std::pair<int, int>> pairs;
     for (const auto& [s, t] : overlapping_boxes(boxes, boxes)) {
         if (s < t && (edge_crosses(vertices, triangles, s, t) || edge_crosses(vertices, triangles, t, s))) {
+            pairs.emplace_back(s, t);
+        }
+    }
+    return pairs;
+}
+
+std::vector<std::pair<int, int>> crossing_triangles(const Eigen::Ref<const Points>& first_vertices,
+                                                    const Eigen::Ref<const Triangles>& first_triangles,
+                                                    const Eigen::Ref<const Points>& second_vertices,
+                                                    const Eigen::Ref<const Triangles>& second_triangles)
+{
+    std::vector<std::pair<int, int>> pairs;
+    for (const auto& [s, t] : overlapping_boxes(bounding_boxes(first_vertices, first_triangles),
+                                                bounding_boxes(second_vertices, second_triangles))) {
+        if (edge_crosses(first_vertices, first_triangles, s, second_vertices, second_triangles, t) ||
+            edge_crosses(second_vertices, second_triangles, t, first_vertices, first_triangles, s)) {
             pairs.emplace_back(s, t);
         }
     }

@@ -100,6 +100,12 @@ Image layers_picture(const Template& body_template, const BodyGeometry& geometry
     return tile_images(images, int(columns.size()), labels, paper_colour);
 }
 
+Image surface_picture(const SceneSurface& surface, View view, const PictureSettings& settings)
+{
+    const double aspect = body_aspect(surface.vertices, view, 0.0);
+    return render({surface}, frame_body(surface.vertices, view, 0.0, aspect), render_settings(settings, aspect));
+}
+
 Image frames_picture(const BodyPoser& poser, const BodySet& bodies, const PoseSet& poses,
                      const std::vector<DeformationSet>& files, const std::string& split, int num_samples,
                      const PictureSettings& settings)
@@ -109,7 +115,16 @@ Image frames_picture(const BodyPoser& poser, const BodySet& bodies, const PoseSe
     for (int i = 0; i < files[0].size(); ++i)
         if (files[0].pair_splits[std::size_t(i)] == split) pairs.push_back(files[0].pairs[std::size_t(i)]);
     require_input(!pairs.empty(), "The {} file has no sample of split {}", files[0].method, split);
+    std::vector<SamplePair> shown;
+    for (const int i : spread_indices(int(pairs.size()), num_samples)) shown.push_back(pairs[i]);
+    return frames_picture(poser, bodies, poses, files, shown, settings);
+}
 
+Image frames_picture(const BodyPoser& poser, const BodySet& bodies, const PoseSet& poses,
+                     const std::vector<DeformationSet>& files, const std::vector<SamplePair>& pairs,
+                     const PictureSettings& settings)
+{
+    require_input(!files.empty() && !pairs.empty(), "A sheet of frames needs a deformation file and a sample at least");
     SheetLabels labels;
     for (const DeformationSet& file : files) labels.columns.push_back(file.method);
     if (settings.volume_colours)
@@ -118,15 +133,12 @@ Image frames_picture(const BodyPoser& poser, const BodySet& bodies, const PoseSe
     std::vector<Image> images;
     double aspect = 0;  // of all cells: that of the widest row
     std::vector<std::vector<BodyGeometry>> rows;
-    std::vector<SamplePair> shown;
-    for (const int row : spread_indices(int(pairs.size()), num_samples)) {
-        const SamplePair& pair = pairs[std::size_t(row)];
+    for (const SamplePair& pair : pairs) {
         require_input(pair.body_idx >= 0 && pair.body_idx < int(bodies.bodies.size()) && pair.pose_idx >= 0 &&
                           pair.pose_idx < poses.size(),
                       "A sample names body {} and pose {}, but there are {} bodies and {} poses", pair.body_idx,
                       pair.pose_idx, bodies.bodies.size(), poses.size());
         rows.emplace_back();
-        shown.push_back(pair);
         const PosedBody posed = poser.pose(bodies.bodies[pair.body_idx], poses.poses[pair.pose_idx], pair);
         for (const DeformationSet& file : files) {
             const int sample = find_sample(file, pair);
@@ -146,7 +158,7 @@ Image frames_picture(const BodyPoser& poser, const BodySet& bodies, const PoseSe
         const Camera camera = frame_body(all, settings.view, rows[row].front().heading, aspect);
         RenderSettings render_with = render_settings(settings, aspect);
         render_with.ground_height = all.col(1).minCoeff();
-        const Body& body = bodies.bodies[std::size_t(shown[row].body_idx)];
+        const Body& body = bodies.bodies[pairs[row].body_idx];
         for (const BodyGeometry& geometry : rows[row])
             images.push_back(
                 render({shown_skin(poser.body_template(), body, geometry, settings)}, camera, render_with));

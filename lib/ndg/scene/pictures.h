@@ -29,6 +29,9 @@ std::vector<int> spread_indices(int size, int count);
 Image body_picture(const Template& body_template, const Body& body, const BodyGeometry& geometry,
                    const PictureSettings& settings);
 
+/// One surface of a body that faces +z.
+Image surface_picture(const SceneSurface& surface, View view, const PictureSettings& settings);
+
 /// Front and back of skin, muscle wrap, bone wrap, bones, and muscles with bones side by side, each inside a faint
 /// skin.
 Image layers_picture(const Template& body_template, const BodyGeometry& geometry, const PictureSettings& settings);
@@ -68,6 +71,11 @@ Image posed_section_picture(const PosedBody& posed, const BodyGeometry& geometry
 /// pose index has no counterpart, or the split has no sample.
 Image frames_picture(const BodyPoser& poser, const BodySet& bodies, const PoseSet& poses,
                      const std::vector<DeformationSet>& files, const std::string& split, int num_samples,
+                     const PictureSettings& settings);
+
+/// The same of pairs given, in their order.
+Image frames_picture(const BodyPoser& poser, const BodySet& bodies, const PoseSet& poses,
+                     const std::vector<DeformationSet>& files, const std::vector<SamplePair>& pairs,
                      const PictureSettings& settings);
 
 /// Up to `max_bodies` bodies at rest, spread evenly over the set, all at one scale.
