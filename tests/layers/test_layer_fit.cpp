@@ -49,7 +49,7 @@ double smallest_scaled_jacobian(const LayerSurfaces& surfaces, const Triangles& 
 {
     Points volume(3 * surfaces.skin.rows(), 3);
     volume << surfaces.bone, surfaces.muscle, surfaces.skin;
-    return check_prisms(volume, layer_prisms(triangles, static_cast<int>(surfaces.skin.rows()))).min_scaled_jacobian;
+    return min_scaled_jacobian(volume, layer_prisms(triangles, static_cast<int>(surfaces.skin.rows())));
 }
 
 }  // namespace

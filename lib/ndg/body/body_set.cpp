@@ -139,14 +139,12 @@ SkinSet read_skins(const std::string& path, const Template& body_template)
 
 PrismCheck check_prisms(const Eigen::Ref<const Points>& volume_vertices, const Eigen::Ref<const Prisms>& prisms)
 {
-    Eigen::VectorXd jacobians(prisms.rows()), scaled_jacobians(prisms.rows());
+    Eigen::VectorXd jacobians(prisms.rows());
 #pragma omp parallel for schedule(static)
     for (Eigen::Index p = 0; p < prisms.rows(); ++p) {
         const PrismVertices prism = gather_prism(volume_vertices, prisms, p);
         // Positions that are no numbers make the worst prism there is.
-        const bool finite = prism.allFinite();
-        jacobians[p] = finite ? prism_min_jacobian(prism) : -std::numeric_limits<double>::infinity();
-        scaled_jacobians[p] = finite ? prism_min_scaled_jacobian(prism) : -1.0;
+        jacobians[p] = prism.allFinite() ? prism_min_jacobian(prism) : -std::numeric_limits<double>::infinity();
     }
     PrismCheck check;
     for (Eigen::Index p = 0; p < prisms.rows(); ++p) {
@@ -154,11 +152,17 @@ PrismCheck check_prisms(const Eigen::Ref<const Points>& volume_vertices, const E
             check.min_jacobian = jacobians[p];
             check.worst_prism_idx = static_cast<int>(p);
         }
-        check.min_scaled_jacobian =
-            p == 0 ? scaled_jacobians[p] : std::min(check.min_scaled_jacobian, scaled_jacobians[p]);
         if (!(jacobians[p] > 0.0)) ++check.num_invalid;
     }
     return check;
+}
+
+double min_scaled_jacobian(const Eigen::Ref<const Points>& volume_vertices, const Eigen::Ref<const Prisms>& prisms)
+{
+    double smallest = std::numeric_limits<double>::infinity();
+    for (Eigen::Index p = 0; p < prisms.rows(); ++p)
+        smallest = std::min(smallest, prism_min_scaled_jacobian(gather_prism(volume_vertices, prisms, p)));
+    return smallest;
 }
 
 }  // namespace ndg

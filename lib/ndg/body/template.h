@@ -115,8 +115,9 @@ struct PrismCheck {
     int num_invalid = 0;  ///< prisms with a Jacobian <= 0 at a corner or quadrature point
     int worst_prism_idx = -1;
     double min_jacobian = 0;  ///< m^3
-    double min_scaled_jacobian = 0;
 };
 PrismCheck check_prisms(const Eigen::Ref<const Points>& volume_vertices, const Eigen::Ref<const Prisms>& prisms);
+/// Smallest prism_min_scaled_jacobian over all prisms.
+double min_scaled_jacobian(const Eigen::Ref<const Points>& volume_vertices, const Eigen::Ref<const Prisms>& prisms);
 
 }  // namespace ndg

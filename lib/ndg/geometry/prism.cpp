@@ -42,17 +42,39 @@ std::array<ReferencePoint, 8> validity_points()
     return {{{1, 0, 1}, {0, 1, 1}, {0, 0, 1}, {1, 0, 0}, {0, 1, 0}, {0, 0, 0}, quadrature[0], quadrature[1]}};
 }
 
-double smallest_jacobian(const PrismVertices& prism, int num_validity_points)
-{
-    // Corners come first.
-    double smallest = std::numeric_limits<double>::infinity();
-    const auto points = validity_points();
-    for (int i = 0; i < num_validity_points; ++i) {
-        smallest =
-            std::min(smallest, prism_jacobian(prism, points[i].alpha, points[i].beta, points[i].xi).determinant());
+/// Edges of a prism: at a corner the columns of J are the two of its triangle and the one to the other triangle.
+struct PrismEdges {
+    Eigen::Vector3d top[2], bottom[2], across[3];
+
+    explicit PrismEdges(const PrismVertices& prism)
+    {
+        for (int k = 0; k < 2; ++k) {
+            top[k] = prism.row(k) - prism.row(2);
+            bottom[k] = prism.row(3 + k) - prism.row(5);
+        }
+        for (int k = 0; k < 3; ++k) across[k] = prism.row(k) - prism.row(3 + k);
     }
-    return smallest;
-}
+
+    double smallest_at_corners() const
+    {
+        const Eigen::Vector3d above = top[0].cross(top[1]), below = bottom[0].cross(bottom[1]);
+        double smallest = std::numeric_limits<double>::infinity();
+        for (const Eigen::Vector3d& edge : across) smallest = std::min({smallest, above.dot(edge), below.dot(edge)});
+        return smallest;
+    }
+
+    double smallest_at_quadrature_points() const
+    {
+        const Eigen::Vector3d middle = (across[0] + across[1] + across[2]) / 3.0;
+        double smallest = std::numeric_limits<double>::infinity();
+        for (const ReferencePoint& at : quadrature_points()) {
+            const Eigen::Vector3d first = at.xi * top[0] + (1 - at.xi) * bottom[0];
+            const Eigen::Vector3d second = at.xi * top[1] + (1 - at.xi) * bottom[1];
+            smallest = std::min(smallest, first.cross(second).dot(middle));
+        }
+        return smallest;
+    }
+};
 
 /// Derivatives of the shape functions with respect to (alpha, beta, xi), one a column.
 Eigen::Matrix<double, 6, 3> shape_derivatives(double alpha, double beta, double xi)
@@ -219,12 +241,13 @@ Eigen::Matrix<double, 18, 18> prism_corner_jacobian_hessian(const PrismVertices&
 
 double prism_min_jacobian(const PrismVertices& prism)
 {
-    return smallest_jacobian(prism, 8);
+    const PrismEdges edges(prism);
+    return std::min(edges.smallest_at_corners(), edges.smallest_at_quadrature_points());
 }
 
 double prism_min_corner_jacobian(const PrismVertices& prism)
 {
-    return smallest_jacobian(prism, 6);
+    return PrismEdges(prism).smallest_at_corners();
 }
 
 double prism_min_scaled_jacobian(const PrismVertices& prism)

@@ -192,7 +192,7 @@ Body LayerBuilder::build(const Skin& skin, const Person& person, LayerReport* re
     const PrismCheck check = check_prisms(stored, template_.prisms);
     require(check.num_invalid == 0, "body {}: {} invalid prisms in single precision, worst {} with Jacobian {:.3g} m^3",
             skin.name, check.num_invalid, check.worst_prism_idx, check.min_jacobian);
-    result.fit.min_scaled_jacobian = check.min_scaled_jacobian;
+    result.fit.min_scaled_jacobian = min_scaled_jacobian(stored, template_.prisms);
     result.fat_layer_litre = 1e3 * prism_volumes(body.volume_vertices, fat_prisms_).sum();
     result.muscle_layer_litre = 1e3 * prism_volumes(body.volume_vertices, muscle_prisms_).sum();
     body.interior_vertices =
