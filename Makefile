@@ -9,6 +9,9 @@ OUT     ?= out/$(PRESET)
 BENCH   ?= all
 DEVICE  ?=
 CONFIG  ?= configs/$(PRESET).json
+# How long a thread of OpenMP looks for work before it sleeps. GCC's default of 300 000 turns takes a core from others
+# on machines that are shared (docs/performance.md).
+export GOMP_SPINCOUNT ?= 10000
 
 .DELETE_ON_ERROR:
 # Kept although only rules of patterns name them. Not .SECONDARY: files that stand for a choice must not count as
