@@ -130,6 +130,7 @@ void arrive_at_nearest(const SurfaceNeighbours& surface, const PointColumnsF& wr
 /// Lets those arrive that are over their triangles, and brings the others to the next.
 void go_on(const SurfaceNeighbours& surface, const PointColumnsF& wrap, Walkers& walkers, FollowedPoints& points)
 {
+    constexpr float deep = 0.020F;  // m: so far below this part of the wrap, a bone may come through another one
     int count = 0;
     for (int k = 0; k < walkers.count; ++k) {
         const int point = walkers.point[k], triangle = walkers.triangle[k], previous = walkers.previous[k];
@@ -149,7 +150,7 @@ void go_on(const SurfaceNeighbours& surface, const PointColumnsF& wrap, Walkers&
         }
         const int next = surface.beside[triangle][std::size_t(int(walkers.corner[k]))];
         const float higher = std::max(height, walkers.previous_height[k]);
-        if (next == previous && higher <= allowed) {  // under an edge, at least as deep
+        if (next == previous && higher <= allowed && higher > -deep) {  // under an edge, at least as deep
             points.triangles[point] = triangle;
             points.heights[point] = higher;
         } else if (next < 0 || next == previous) {
