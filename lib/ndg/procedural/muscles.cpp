@@ -8,13 +8,15 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <utility>
 
 namespace ndg {
 
 namespace {
 
 constexpr double pi = 3.14159265358979323846;
-constexpr int num_rings = 13, num_sides = 12;
+constexpr double edge_length = 0.015;  // m, about the longest: only vertices bend with the flesh
+constexpr int least_rings = 13, least_sides = 12;
 constexpr double fascia_depth = 0.0032;  // m under the lean skin
 
 /// Catmull-Rom spline through the stations at t in [0, 1], uniform in the stations.
@@ -42,8 +44,25 @@ Eigen::Vector3d outward(const Field& skin, const Eigen::Vector3d& x)
     return gradient.norm() > 1e-6 ? gradient.normalized() : Eigen::Vector3d::UnitZ();
 }
 
+/// Rings along the way, and vertices on the widest of them, that are about edge_length apart.
+std::pair<int, int> rings_and_sides(const MuscleSketch& sketch)
+{
+    constexpr int parts = 200;
+    double length = 0.0, widest = 0.0;
+    for (int i = 0; i < parts; ++i) {
+        const MuscleStation here = station_at(sketch.stations, static_cast<double>(i) / parts);
+        const MuscleStation next = station_at(sketch.stations, static_cast<double>(i + 1) / parts);
+        length += (next.place - here.place).norm();
+        widest = std::max(widest, here.width);
+    }
+    const double side_angle = 2.0 * std::asin(std::min(1.0, 0.5 * edge_length / widest));
+    return {std::max(least_rings, static_cast<int>(std::ceil(length / edge_length)) + 1),
+            std::max(least_sides, 2 * static_cast<int>(std::ceil(pi / side_angle)))};
+}
+
 AnatomyMesh sweep(const MuscleSketch& sketch, const Field& skin)
 {
+    const auto [num_rings, num_sides] = rings_and_sides(sketch);
     AnatomyMesh part;
     part.name = sketch.name;
     part.name[0] = static_cast<char>(std::tolower(static_cast<unsigned char>(part.name[0])));

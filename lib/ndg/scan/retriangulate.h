@@ -12,8 +12,4 @@ namespace ndg {
 /// New vertices lie on the old triangles. A surface that has more vertices already is only jittered and flipped.
 void retriangulate(RowMatrix& attributes, Triangles& triangles, int num_vertices, Random& random);
 
-/// Splits edges at their middle until none is longer than `length`, attributes as above. New vertices lie on the old
-/// triangles.
-void split_long_edges(RowMatrix& attributes, Triangles& triangles, double length);
-
 }  // namespace ndg

@@ -10,7 +10,7 @@ namespace ndg {
 
 /// To be raised whenever samples of the same inputs and options come out otherwise: then no dataset is resumed that
 /// another method began. tests/simulation/test_simulation_key.cpp notices.
-inline constexpr int simulation_method_version = 3;
+inline constexpr int simulation_method_version = 4;
 
 /// What all finished samples of a dataset depend on: method version, options, and the files that hold template, bodies,
 /// poses and splits.

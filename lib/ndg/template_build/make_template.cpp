@@ -5,6 +5,7 @@
 #include "ndg/core/error.h"
 #include "ndg/core/log.h"
 #include "ndg/geometry/closest_point.h"
+#include "ndg/geometry/split_edges.h"
 #include "ndg/template_build/landmarks.h"
 #include "ndg/template_build/region_cut.h"
 #include "ndg/template_build/skin_check.h"
@@ -30,6 +31,21 @@ TemplateSource checked_source(TemplateSource source)
     source.joint_positions = (scale * source.joint_positions).rowwise() + shift;
     for (AnatomyMesh& mesh : source.anatomy) mesh.vertices = (scale * mesh.vertices).rowwise() + shift;
     return source;
+}
+
+/// Only vertices are embedded: a triangle longer than a fold is wide would cut across it and out of the skin.
+void split_muscles(std::vector<AnatomyMesh>& anatomy, double longest)
+{
+    Eigen::Index before = 0, after = 0;
+    for (AnatomyMesh& mesh : anatomy) {
+        if (mesh.layer != AnatomyLayer::muscle) continue;
+        before += mesh.vertices.rows();
+        RowMatrix vertices = mesh.vertices;
+        split_long_edges(vertices, mesh.triangles, longest);
+        mesh.vertices = vertices;
+        after += mesh.vertices.rows();
+    }
+    log_info("muscles: {} vertices, {} before edges over {:.0f} mm were split", after, before, 1e3 * longest);
 }
 
 /// Skin vertices as barycentric points on the source surface, and what they inherit from there. Returns the dense
@@ -213,6 +229,7 @@ void describe(OptionList& list, TemplateOptions& options)
     list.add("prisms", options.prisms, "wanted number of prisms, reached within a few percent", 1000, 500000);
     list.add("keep-ratio", options.keep_ratio, "share of triangles kept on head, hands and toes", 0.01, 1);
     list.add("move-limit", options.move_limit, "m", 0, 0.02).no_flag();
+    list.add("muscle-edge", options.muscle_edge, "longest edge of muscles, m", 0.002, 1);
     describe(list, options.cover);
     describe(list, options.wraps);
 }
@@ -241,6 +258,7 @@ Template make_template(const TemplateSource& given, const TemplateOptions& optio
              result.skin_triangles.rows(), result.num_wrap_vertices(), result.wrap_triangles.rows());
 
     std::vector<AnatomyMesh> anatomy = source.anatomy;
+    split_muscles(anatomy, options.muscle_edge);
     const CoverReport cover = cover_with_skin(result.rest.skin_vertices, result.skin_triangles, anatomy, options.cover);
     log_info(
         "cover: least depth of bones {:.1f} mm ({}), of muscles {:.1f} mm ({}); {} vertices moved, at most {:.1f} mm",
