@@ -62,7 +62,7 @@ try:
         return subprocess.run([os.path.join(build, "bin", name), *arguments], stdout=subprocess.PIPE, text=True,
                               check=True).stdout
 
-    methods = [m for m in tool("animate", "--list-methods").split() if m not in ("fem", "gradients", "rigid-parts")]
+    methods = [m for m in tool("animate", "--list-methods").split() if m not in ("fem", "gradients", "rigid-parts", "runtime")]
     files = [f"--{name}={out}/{name}.h5" for name in ("template", "bodies", "poses")]
     tool("infer-ndg", *files, f"--model={out}/model.h5", f"--splits={out}/splits.h5", f"--output={out}/gradients.h5")
     tool("reconstruct", *files, f"--gradients={out}/gradients.h5", f"--output={out}/two-steps.h5",
