@@ -39,9 +39,10 @@ public:
 
     /// `anatomy_rest`: anatomy_at_rest of the body.
     void set_rest(const Eigen::Ref<const Points>& anatomy_rest);
-    /// `volume`: N_v + N_i columns, volume and bone interior; `segments`: motions of rigid bones. Called by one thread.
+    /// Motions of rigid bones. Called by one thread.
     void set_motions(const std::vector<Eigen::Isometry3d>& segments);
-    /// Writes all rows. Called by all threads of an OpenMP parallel region, or outside of one.
+    /// Writes all rows. Called by all threads of an OpenMP parallel region, or outside of one. `volume`: N_v + N_i
+    /// columns, volume and bone interior.
     void pose(const PointColumns& volume, const std::vector<Eigen::Matrix<float, 3, 4>>& world_from_rest,
               PointsF& anatomy) const;
     std::size_t table_bytes() const;

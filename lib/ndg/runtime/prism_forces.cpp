@@ -97,6 +97,7 @@ PrismForces::PrismForces(const Template& body_template, const std::vector<int>& 
     : num_wrap_(body_template.num_wrap_vertices()),
       num_free_(body_template.num_volume_vertices() - body_template.num_wrap_vertices()),
       is_exponential_(traits.parametrisation == ParametrisationKind::exponential),
+      is_wide_(matrix_lanes::has_wide_registers()),
       prisms_(prisms),
       groups_(prisms.size() / lanes),
       sums_(num_pieces, PointColumns::Zero(4, num_free_ + 1))
@@ -161,7 +162,7 @@ void PrismForces::right_hand_side(const std::vector<float>& outputs,
         for (int c = 0; c < 4; ++c) quaternions_[c][j] = static_cast<float>(rotation.coeffs()[c]);
     }
     const auto num_groups = static_cast<std::ptrdiff_t>(groups_.size());
-    const auto add = matrix_lanes::has_wide_registers() ? Kernels::add_forces_wide : Kernels::add_forces;
+    const auto add = is_wide_ ? Kernels::add_forces_wide : Kernels::add_forces;
 #pragma omp for schedule(dynamic, 1)
     for (int piece = 0; piece < num_pieces; ++piece) {
         sums_[piece].setZero();
@@ -176,6 +177,11 @@ void PrismForces::right_hand_side(const std::vector<float>& outputs,
             sum -= coupling_[i] * volume.col(coupling_column_[i]);
         volume.col(num_wrap_ + v) = sum;
     }
+}
+
+void PrismForces::use_wide_registers(bool wide)
+{
+    is_wide_ = wide && matrix_lanes::has_wide_registers();
 }
 
 std::size_t PrismForces::table_bytes() const

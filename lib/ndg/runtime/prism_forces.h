@@ -30,6 +30,9 @@ public:
     void right_hand_side(const std::vector<float>& outputs, const std::vector<Eigen::Isometry3d>& world_from_rest,
                          PointColumns& volume);
 
+    /// For comparisons: AVX-512 or not, where the processor has it.
+    void use_wide_registers(bool wide);
+
     /// What a frame reads of tables, bytes.
     std::size_t table_bytes() const;
 
@@ -50,7 +53,7 @@ private:
     struct Kernels;
 
     int num_wrap_ = 0, num_free_ = 0;
-    bool is_exponential_ = true;
+    bool is_exponential_ = true, is_wide_ = false;
     std::vector<int> prisms_;
     std::vector<Group> groups_;
     std::vector<Influence> influences_;

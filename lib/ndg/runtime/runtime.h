@@ -44,9 +44,10 @@ public:
 
     const FrameSeconds& seconds() const { return seconds_; }
     const Template& body_template() const { return template_; }
+    /// Of measurements and comparisons.
     RuntimeNetwork& network() { return network_; }
+    PrismForces& forces() { return forces_; }
     const PointSolver& solver() const { return solver_; }
-    const PrismForces& forces() const { return forces_; }
     const CarriedAnatomy& carried_anatomy() const { return carried_anatomy_; }
 
 private:

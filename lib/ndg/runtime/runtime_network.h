@@ -12,7 +12,7 @@ namespace ndg {
 
 class RuntimeNetwork {
 public:
-    /// Keeps a reference to `model`. `kernels`: of the storages in their order; null: the fastest.
+    /// Keeps a reference to `model`. Takes the fastest kernels.
     explicit RuntimeNetwork(const RuntimeModel& model);
 
     /// For comparisons: another kernel for the products with weights of its storage.
