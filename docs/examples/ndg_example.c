@@ -1,4 +1,4 @@
-/* SPDX-License-Identifier: Apache-2.0 */
+// SPDX-License-Identifier: Apache-2.0
 /* Bends the left elbow of the first body and writes its skin as an OBJ file.
  * ndg_example template.h5 bodies.h5 model.ndg elbow.obj */
 #include "ndg/runtime/ndg.h"

@@ -1,4 +1,4 @@
-/* SPDX-License-Identifier: Apache-2.0 */
+// SPDX-License-Identifier: Apache-2.0
 /* libndg: bodies posed by a trained network, frame by frame, for programs in C and in whatever can call C.
  *
  * Metres, y up, the body faces +z, its left side is +x. No function throws or exits: those that can fail return a
