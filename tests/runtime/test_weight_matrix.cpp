@@ -67,9 +67,9 @@ struct Product {
         const double rounding = std::numeric_limits<float>::epsilon() *
                                 ((num_columns + 2) * of_products + std::abs(double(biases[row])) + 1e-30);
         if (storage == WeightStorage::float32) return rounding;
-        // Half a unit in the eighth bit of each weight; AVX-512 BF16 keeps 16 bits of the input.
+        // A bfloat16 has seven bits after the point, so half a unit is 2^-8; two of them keep the input to 2^-16.
         if (storage == WeightStorage::bfloat16)
-            return rounding + (std::ldexp(1.0, -9) + std::ldexp(1.0, -16)) * of_products;
+            return rounding + (std::ldexp(1.0, -8) + std::ldexp(1.0, -16)) * of_products;
         const double most = std::min(32767.0, std::floor(2147483647.0 / (127.0 * num_columns)));
         const double half_weight = 0.5 * largest_weight / 127, half_input = 0.5 * largest_input / most;
         return rounding +
