@@ -140,7 +140,8 @@ void measure_frames(bench::Report& report, const Template& body_template, const 
     const std::vector<float>& panels = runtime.solver().panels();
     const std::vector<std::byte> tables(runtime.forces().table_bytes() +
                                         sizeof(float) * runtime.network().outputs().size());
-    const std::vector<std::byte> carried(runtime.carried_anatomy().table_bytes());
+    const std::vector<std::byte> carried(runtime.carried_anatomy().table_bytes() +
+                                         sizeof(float) * static_cast<std::size_t>(runtime.anatomy().size()));
     for (int i = 0; i < 40; ++i) {
         samples["network"].push_back(seconds_of([&] {
 #pragma omp parallel

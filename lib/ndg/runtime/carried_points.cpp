@@ -110,9 +110,13 @@ void CarriedAnatomy::set_motions(const std::vector<Eigen::Isometry3d>& segments)
     }
 }
 
-/// Dual quaternion blending, as dual_quaternion_blending.
+/// Dual quaternion blending, as dual_quaternion_blending; of one bone alone (three in four are) its motion.
 Eigen::Vector3f CarriedAnatomy::hold(const Held& held) const
 {
+    if (held.end - held.begin == 1) {
+        const Eigen::Matrix<float, 3, 4>& motion = segments_[influences_[held.begin].segment];
+        return motion.leftCols<3>() * held.rest + motion.col(3);
+    }
     Eigen::Vector4f real = Eigen::Vector4f::Zero(), dual = Eigen::Vector4f::Zero();
     const Eigen::Vector4f& first = reals_[influences_[held.begin].segment];
     for (int k = held.begin; k < held.end; ++k) {
@@ -147,13 +151,15 @@ void CarriedAnatomy::pose(const PointColumns& volume, const std::vector<Eigen::M
 #pragma omp for schedule(dynamic, 4096) nowait
     for (int i = 0; i < count; ++i) {
         const Embedded& point = embedded_[i];
+        const Held* const held = point.held >= 0 ? &held_[point.held] : nullptr;
+        if (held != nullptr && held->share >= 1.0F) {  // touches a bone: the volume has no part in it
+            anatomy.row(point.row) = hold(*held).transpose();
+            continue;
+        }
         Eigen::Vector4f sum = point.weights[0] * volume.col(point.corners[0]);
         for (int k = 1; k < 6; ++k) sum += point.weights[k] * volume.col(point.corners[k]);
         Eigen::Vector3f position = sum.head<3>();
-        if (point.held >= 0) {
-            const Held& held = held_[point.held];
-            position += held.share * (hold(held) - position);
-        }
+        if (held != nullptr) position += held->share * (hold(*held) - position);
         anatomy.row(point.row) = position.transpose();
     }
     skinned_.pose(world_from_rest, anatomy);

@@ -162,7 +162,8 @@ void RuntimeDescription::check() const
                 shape_space.components.cols() == shape_space.standard_deviations.size(),
             "the shape space's mean, components and deviations differ in size");
     const int num_features = 9 * static_cast<int>(joint_names.size()) + (traits.shape ? shape_space.dimension() : 0);
-    std::vector<char> is_given(static_cast<std::size_t>(num_prisms()), 0);
+    const int count = num_prisms();
+    std::vector<char> is_given(static_cast<std::size_t>(count), 0);
     for (std::size_t p = 0; p < parts.size(); ++p) {
         const RuntimePart& part = parts[p];
         require(!part.layers.empty() && part.prisms.size() % group_prisms == 0 && !part.prisms.empty(),
@@ -171,7 +172,7 @@ void RuntimeDescription::check() const
             require(input >= 0 && input < num_features, "part {} sees input {} of {}", p, input, num_features);
         for (const int prism : part.prisms) {
             if (prism == -1) continue;
-            require(prism >= 0 && prism < num_prisms() && is_given[prism] == 0, "part {} gives prism {}", p, prism);
+            require(prism >= 0 && prism < count && is_given[prism] == 0, "part {} gives prism {}", p, prism);
             is_given[prism] = 1;
         }
         int columns = static_cast<int>(part.inputs.size());
