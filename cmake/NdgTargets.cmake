@@ -22,6 +22,9 @@ elseif(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
   endif()
 endif()
 
+# Modules that the shared library libndg holds.
+set(NDG_SHARED_MODULES core io solver geometry body bones dataset deform runtime)
+
 # ndg_module(<name> SOURCES <files> LINKS <public> PRIVATE_LINKS <private>)
 # Links to modules of ours are written ndg::<module> and must be declared before: the graph cannot have a cycle.
 function(ndg_module name)
@@ -35,6 +38,10 @@ function(ndg_module name)
   add_library(ndg::${name} ALIAS ndg_${name})
   target_include_directories(ndg_${name} PUBLIC ${CMAKE_SOURCE_DIR}/lib)
   target_link_libraries(ndg_${name} PUBLIC ${ARG_LINKS} PRIVATE ndg_flags ${ARG_PRIVATE_LINKS})
+  if(name IN_LIST NDG_SHARED_MODULES)
+    set_target_properties(ndg_${name} PROPERTIES POSITION_INDEPENDENT_CODE ON)
+    target_compile_options(ndg_${name} PRIVATE -fno-semantic-interposition)
+  endif()
 endfunction()
 
 # ndg_tool(<name> <links>): tools/<name>.cpp becomes an executable of that name.

@@ -23,12 +23,12 @@ TEST_PAIRS = --splits $(OUT)/splits.h5 --split test
 REPORT = $(OUT)/report
 
 # The table of methods is the tool's. FEM is what the others are compared with, stored gradients are no method of their
-# own, and rigid parts move no flesh. LEAVE_OUT=<methods>: not those either. Before the first build the list is empty;
+# own, rigid parts move no flesh, and the runtime shows the same network. LEAVE_OUT=<methods>: not those either. Before the first build the list is empty;
 # targets that need it are made by a second make.
 LEAVE_OUT ?=
 # Rows that `make demo` leaves to `make tables PRESET=demo`.
 SLOWER_METHODS = projective-skinning corotated linear-correctives
-METHODS := $(filter-out fem gradients rigid-parts $(LEAVE_OUT),$(shell $(BIN)/animate --list-methods 2> /dev/null))
+METHODS := $(filter-out fem gradients rigid-parts runtime $(LEAVE_OUT),$(shell $(BIN)/animate --list-methods 2> /dev/null))
 # Rows beside those of Table 1: variants (pipelines/train.mk), of Table 4 or beyond the paper.
 VARIANTS ?=
 METHOD_PREDICTIONS = $(METHODS:%=$(OUT)/%.h5)

@@ -21,6 +21,7 @@
     ROW(register_corotated_elasticity) \
     ROW(register_linear_correctives)   \
     ROW(register_rigid_parts)          \
+    ROW(register_runtime)              \
     ROW(register_stored_gradients)
 
 namespace ndg {

@@ -3,7 +3,7 @@
 #include "ndg/neural/train.h"
 
 #include "ndg/core/error.h"
-#include "ndg/neural/matrix_exponential.h"
+#include "ndg/geometry/matrix_exponential.h"
 #include "ndg/neural/parametrisation.h"
 #include "synthetic.h"
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The exponential kernel against libtorch's own, and against finite differences.
-#include "ndg/neural/matrix_exponential.h"
+#include "ndg/geometry/matrix_exponential.h"
 
 #include "ndg/core/random.h"
 #include "ndg/core/threads.h"

@@ -62,7 +62,7 @@ try:
         return subprocess.run([os.path.join(build, "bin", name), *arguments], stdout=subprocess.PIPE, text=True,
                               check=True).stdout
 
-    methods = [m for m in tool("animate", "--list-methods").split() if m not in ("fem", "gradients", "rigid-parts")]
+    methods = [m for m in tool("animate", "--list-methods").split() if m not in ("fem", "gradients", "rigid-parts", "runtime")]
     files = [f"--{name}={out}/{name}.h5" for name in ("template", "bodies", "poses")]
     tool("infer-ndg", *files, f"--model={out}/model.h5", f"--splits={out}/splits.h5", f"--output={out}/gradients.h5")
     tool("reconstruct", *files, f"--gradients={out}/gradients.h5", f"--output={out}/two-steps.h5",
@@ -70,6 +70,45 @@ try:
     with h5py.File(f"{out}/ndg.h5") as one, h5py.File(f"{out}/two-steps.h5") as two:
         check((one["deformations/vertices"][:] == two["deformations/vertices"][:]).all(),
               "infer-ndg and reconstruct give the vertices that animate gives")
+
+    # libndg, from C and from Python, and the runtime as a method.
+    exact = ("--last-layer=float32", "--hidden-layers=float32")
+    tool("export-runtime", f"--model={out}/model.h5", *exact, f"--output={out}/exact.ndg")
+    tool("export-runtime", f"--model={out}/model.h5", f"--output={out}/model.ndg")
+    tool("animate", *files, f"--splits={out}/splits.h5", "--method=runtime", f"--runtime-model={out}/model.ndg",
+         f"--output={out}/runtime.h5")
+    tool("ndg-example", f"{out}/template.h5", f"{out}/bodies.h5", f"{out}/exact.ndg", f"{out}/elbow.obj")
+    check(os.path.getsize(f"{out}/elbow.obj") > 10000, "the program in C writes a skin")
+    sys.path.insert(0, source + "/docs/examples")
+    import ndg_example
+    example = [sys.executable, ndg_example.__file__, f"{build}/lib/libndg.so", *(f[f.index("=") + 1:] for f in files[:2]),
+               f"{out}/exact.ndg"]
+    check("femur" in subprocess.run(example, stdout=subprocess.PIPE, text=True).stdout.lower(), "the one in Python finds femurs")
+
+    def quaternions(rotations):  # eigenvectors (Bar-Itzhack 2000), x, y, z, w
+        m, k = rotations.reshape(-1, 3, 3), numpy.zeros((len(rotations), 4, 4))
+        k[:, :3, :3] = m + m.transpose(0, 2, 1) - numpy.trace(m, axis1=1, axis2=2)[:, None, None] * numpy.eye(3)
+        k[:, :3, 3] = k[:, 3, :3] = numpy.stack([m[:, 2, 1] - m[:, 1, 2], m[:, 0, 2] - m[:, 2, 0], m[:, 1, 0] - m[:, 0, 1]], 1)
+        k[:, 3, 3] = numpy.trace(m, axis1=1, axis2=2)
+        return numpy.linalg.eigh(k)[1][:, :, 3]
+
+    runtime = ndg_example.Runtime(f"{build}/lib/libndg.so", f"{out}/template.h5", f"{out}/bodies.h5", f"{out}/exact.ndg")
+    largest, largest_rounded, moved = 0.0, 0.0, 0.0
+    with h5py.File(f"{out}/ndg.h5") as ndg, h5py.File(f"{out}/anatomy.h5") as anatomy, h5py.File(f"{out}/poses.h5") as poses, \
+            h5py.File(f"{out}/template.h5") as shared, h5py.File(f"{out}/runtime.h5") as rounded:
+        wrap_to_skin = shared["volume/wrap_to_skin"][:]
+        for i, (body, pose) in enumerate(ndg["deformations/pairs"][:]):
+            runtime.set_body(int(body))
+            runtime.set_pose(quaternions(poses["poses/rotations"][pose]), poses["poses/root_translations"][pose])
+            wraps = (runtime.vertices(ndg_example.BONE_WRAP), runtime.vertices(ndg_example.MUSCLE_WRAP),
+                     runtime.vertices(ndg_example.SKIN)[wrap_to_skin])
+            volume = ndg["deformations/vertices"][i]
+            largest = max(largest, abs(numpy.concatenate(wraps) - volume).max(),
+                          abs(runtime.vertices(ndg_example.ANATOMY) - anatomy["anatomy/vertices"][i]).max())
+            largest_rounded = max(largest_rounded, abs(rounded["deformations/vertices"][i] - volume).max())
+            moved = max(moved, abs(volume - shared["volume/vertices"][:]).max())
+    check(largest < 1e-5 and moved > 0.1, f"libndg gives what animate and reconstruct give, to {1e3 * largest:.4f} mm")
+    check(0 < largest_rounded < 2e-3, f"its weights in 8 bits move no vertex by more than {1e3 * largest_rounded:.2f} mm")
 
     check(os.path.getsize(f"{out}/model.png") > 1000, "the picture of the losses is there")
 

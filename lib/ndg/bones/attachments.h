@@ -18,6 +18,11 @@ public:
     void hold(const Eigen::Ref<const Points>& anatomy_rest, const std::vector<Eigen::Isometry3d>& segments,
               Points& anatomy) const;
 
+    /// The vertices, how much of each the bones have (0 to 1), and which bones.
+    const std::vector<int>& vertices() const { return vertices_; }
+    const std::vector<double>& shares() const { return shares_; }
+    const BoneWeights& weights() const { return weights_; }
+
 private:
     std::vector<int> vertices_;
     std::vector<double> shares_;  ///< of the bones in each

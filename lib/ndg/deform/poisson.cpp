@@ -2,6 +2,9 @@
 #include "ndg/deform/poisson.h"
 
 #include "ndg/core/error.h"
+#include "ndg/deform/poisson_matrices.h"
+
+#include <utility>
 
 namespace ndg {
 
@@ -23,34 +26,12 @@ void PoissonReconstruction::set_rest(const RestOperators& rest)
     require(rest.num_vertices() == num_vertices_ && rest.num_prisms() == num_prisms(),
             "the body has {} volume vertices and {} prisms, the template {} and {}", rest.num_vertices(),
             rest.num_prisms(), num_vertices_, num_prisms());
-    const int num_free = num_vertices_ - num_wrap_vertices_;
-    std::vector<Eigen::Triplet<double>> free_entries, coupling_entries;
-    free_entries.reserve(prisms_.rows() * 21);
-    for (int p = 0; p < num_prisms(); ++p) {
-        const PrismGradient& gradient = rest.gradient(p);
-        const double volume = rest.volume(p);
-        weighted_operators_[p] = volume * gradient.transpose();
-        const Eigen::Matrix<double, 6, 6> block = volume * gradient.transpose() * gradient;
-        for (int a = 0; a < 6; ++a) {
-            const int row = prisms_(p, a) - num_wrap_vertices_;
-            if (row < 0) continue;
-            for (int b = 0; b < 6; ++b) {
-                const int col = prisms_(p, b) - num_wrap_vertices_;
-                if (col < 0) {
-                    coupling_entries.emplace_back(row, col + num_wrap_vertices_, block(a, b));
-                } else if (col <= row) {
-                    free_entries.emplace_back(row, col, block(a, b));
-                }
-            }
-        }
-    }
-    Eigen::SparseMatrix<double> free_matrix(num_free, num_free);
-    free_matrix.setFromTriplets(free_entries.begin(), free_entries.end());
-    coupling_.resize(num_free, num_wrap_vertices_);
-    coupling_.setFromTriplets(coupling_entries.begin(), coupling_entries.end());
-    if (!analyzed_) cholesky_.analyze(free_matrix);
+    for (int p = 0; p < num_prisms(); ++p) weighted_operators_[p] = rest.volume(p) * rest.gradient(p).transpose();
+    PoissonMatrices matrices(rest, num_wrap_vertices_);
+    coupling_ = std::move(matrices.coupling);
+    if (!analyzed_) cholesky_.analyze(matrices.free);
     analyzed_ = true;
-    if (!cholesky_.factorize(free_matrix)) {
+    if (!cholesky_.factorize(matrices.free)) {
         throw SolverError("the Poisson system is not positive definite: some vertex is not held by the bone wrap");
     }
 }

@@ -2,8 +2,10 @@
 #include "ndg/deform/posed_body.h"
 
 #include "ndg/body/anatomy.h"
-#include "ndg/bones/bone_rig.h"
+#include "ndg/bones/rigid_wrap.h"
 #include "ndg/core/error.h"
+
+#include <utility>
 
 namespace ndg {
 
@@ -43,10 +45,10 @@ const Points& PosedBody::bone_wrap() const
     if (bone_wrap_.rows() > 0) return bone_wrap_;
     const auto rest_wrap = body_->volume_vertices.topRows(poser_->template_->num_wrap_vertices());
     if (poser_->rigged_) {
-        const std::shared_ptr<const BodyRig> rig = poser_->rigged_->of(*body_);
-        bone_segments_ = rig->motion.segments(world_from_rest_);
-        bone_wrap_ = dual_quaternion_blending(rest_wrap, poser_->rigged_->rig().wrap_weights, bone_segments_);
-        rig->clearance.push_out(bone_segments_, bone_wrap_);
+        RigidWrap wrap =
+            pose_rigid_wrap(poser_->rigged_->rig(), *poser_->rigged_->of(*body_), rest_wrap, world_from_rest_);
+        bone_segments_ = std::move(wrap.segments);
+        bone_wrap_ = std::move(wrap.vertices);
     } else {
         bone_wrap_ = linear_blend_skinning(rest_wrap, poser_->bone_wrap_weights_, world_from_rest_);
     }

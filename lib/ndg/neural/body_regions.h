@@ -3,8 +3,8 @@
 // what a knee does cannot be learned from the other arm, and a network that does not see the arm need not learn that.
 #pragma once
 
-#include "ndg/neural/input_space.h"
 #include "ndg/neural/output_space.h"
+#include "ndg/runtime/input_space.h"
 
 #include <vector>
 

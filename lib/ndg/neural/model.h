@@ -3,9 +3,9 @@
 #pragma once
 
 #include "ndg/core/provenance.h"
-#include "ndg/neural/input_space.h"
 #include "ndg/neural/options.h"
 #include "ndg/neural/output_space.h"
+#include "ndg/runtime/input_space.h"
 
 #include <cstdint>
 #include <memory>

@@ -3,6 +3,7 @@
 #include "ndg/core/error.h"
 #include "ndg/io/h5.h"
 #include "ndg/neural/model_state.h"
+#include "ndg/runtime/model_traits.h"
 
 #include <algorithm>
 #include <cmath>
@@ -10,9 +11,6 @@
 
 namespace ndg {
 namespace {
-
-constexpr const char* model_format = "ndg-model";
-constexpr int model_version = 2;
 
 std::string join(const std::vector<int>& values)
 {
@@ -84,14 +82,6 @@ void for_tensors(Network& all, std::size_t part_idx, const F& f)
           "coefficients x outputs: fixed map from the last layer to the raw outputs");
 }
 
-bool read_flag(const H5Reader& file, const std::string& name)
-{
-    const std::string text = file.attribute(name);
-    require_input(text == "true" || text == "false", "{}: attribute {} is \"{}\", not true or false", file.path(), name,
-                  text);
-    return text == "true";
-}
-
 int read_count(const H5Reader& file, const std::string& name)
 {
     const double value = file.attribute_double(name);
@@ -103,14 +93,13 @@ int read_count(const H5Reader& file, const std::string& name)
 NetworkOptions read_options(const H5Reader& file)
 {
     NetworkOptions options;
-    // Files from before there was a choice do not say it: they predict residuals.
-    for (const auto& [name, value] : list_h5(file.path()).attributes)
-        if (name == "output_space") options.output_space = value;
+    const ModelTraits traits = read_model_traits(file);
+    options.output_space = traits.output_space;
+    options.parametrisation = traits.parametrisation;
+    options.rotation = traits.rotation;
+    options.shape = traits.shape;
+    options.posing = traits.posing;
     options.widths = read_integers(file, "widths");
-    options.parametrisation =
-        parse_name<ParametrisationKind>(file.attribute("parametrisation"), file.path() + ": parametrisation");
-    options.rotation = read_flag(file, "rotation");
-    options.shape = read_flag(file, "shape");
     // Files from before there was a choice are of one network.
     if (file.has_attribute("region_reach")) {
         const std::vector<int> reach = read_integers(file, "region_reach");
@@ -118,26 +107,12 @@ NetworkOptions read_options(const H5Reader& file)
         options.region_reach = reach[0];
     }
     options.output_basis = read_count(file, "output_basis");
-    options.posing = read_posing(file);
     try {
         options.check();
     } catch (const InputError& error) {
         throw InputError(fmt::format("{}: {}", file.path(), error.what()));
     }
     return options;
-}
-
-ShapeSpace read_model_shape_space(const H5Reader& file, Eigen::Index num_coordinates)
-{
-    ShapeSpace space;
-    const RowMatrix components = file.read_matrix("/shape_space/components", num_coordinates);
-    space.components = components;
-    const std::vector<double> mean = file.read_doubles("/shape_space/mean", num_coordinates);
-    const std::vector<double> deviations = file.read_doubles("/shape_space/standard_deviations", components.cols());
-    space.mean = Eigen::Map<const Eigen::VectorXd>(mean.data(), num_coordinates);
-    space.standard_deviations = Eigen::Map<const Eigen::VectorXd>(deviations.data(), components.cols());
-    space.explained_variance = file.attribute_double("explained_variance");
-    return space;
 }
 
 /// The network of a model with these options and columns, from the file; refused where the columns are others.

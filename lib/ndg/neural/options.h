@@ -3,6 +3,7 @@
 #pragma once
 
 #include "ndg/body/posing.h"
+#include "ndg/runtime/parametrisation_kind.h"
 
 #include <cstdint>
 #include <string>
@@ -16,17 +17,6 @@ template <>
 inline constexpr EnumName<Device> enum_table<Device>[] = {{Device::cpu, "cpu"}, {Device::cuda, "cuda"}};
 /// Throws InputError for cuda where there is none.
 void require_available(Device device);
-
-/// How the nine numbers Q a prism become its residual. All give the identity for Q = 0. exponential: exp(Q), equation
-/// 15. direct: I + Q ("no matrix exp"). lu: unit lower times upper triangular with the exponentials of Q's diagonal.
-/// qr: rotation (exponential of the skew part given by Q's lower triangle) times such an upper triangular matrix.
-enum class ParametrisationKind { exponential, direct, lu, qr };
-template <>
-inline constexpr EnumName<ParametrisationKind> enum_table<ParametrisationKind>[] = {
-    {ParametrisationKind::exponential, "exponential"},
-    {ParametrisationKind::direct, "direct"},
-    {ParametrisationKind::lu, "lu"},
-    {ParametrisationKind::qr, "qr"}};
 
 /// The network (NDG section 4.4) and its ablations (Table 4).
 struct NetworkOptions {

@@ -2,7 +2,7 @@
 #include "ndg/neural/parametrisation.h"
 
 #include "ndg/core/error.h"
-#include "ndg/neural/matrix_exponential.h"
+#include "ndg/geometry/matrix_exponential.h"
 #include "ndg/neural/tensor_exponential.h"
 
 #include <torch/csrc/autograd/custom_function.h>

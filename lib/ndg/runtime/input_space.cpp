@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "ndg/neural/input_space.h"
+#include "ndg/runtime/input_space.h"
 
 #include "ndg/core/error.h"
 
