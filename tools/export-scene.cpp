@@ -4,6 +4,7 @@
 #include "ndg/core/tool.h"
 #include "ndg/dataset/deformation_file.h"
 #include "ndg/export/export_meshes.h"
+#include "ndg/page/page.h"
 #include "ndg/scene/colour_map.h"
 #include "ndg/scene/contact_sheet.h"
 #include "ndg/scene/error_pictures.h"
@@ -142,6 +143,42 @@ MeshSequence mesh_sequence(const Selection& asked, int num_frames, const std::st
     return sequence;
 }
 
+/// The frames of a page: the samples of the first deformation file from `asked` on that are of its body, in their order,
+/// with what each of the other files makes of them. Keeps references to `inputs`.
+PageMotion page_motion(const Selection& asked, int num_frames, const Inputs& inputs)
+{
+    require_input(!inputs.files.empty(), "--page needs --deformations: the samples to show, of one method or several");
+    const DeformationSet& reference = inputs.files[0];
+    const int first = std::max(0, asked.sample_idx);
+    require_input(first < reference.size(), "--sample {} lies outside the {} samples of the {} file", first,
+                  reference.size(), reference.method);
+    const int body_idx = reference.pairs[first].body_idx;
+    std::vector<std::vector<int>> samples(inputs.files.size());  // file, frame
+    PageMotion motion;
+    for (int s = first; s < reference.size() && (num_frames == 0 || int(motion.poses.size()) < num_frames); ++s) {
+        const SamplePair& pair = reference.pairs[s];
+        if (pair.body_idx != body_idx) continue;
+        require_pair(pair, inputs.bodies.bodies.size(), inputs.poses.poses.size());
+        for (std::size_t f = 0; f < inputs.files.size(); ++f) {
+            const std::vector<SamplePair>& pairs = inputs.files[f].pairs;
+            const auto found = std::find(pairs.begin(), pairs.end(), pair);
+            require_input(found != pairs.end(), "the {} file has no sample of {}", inputs.files[f].method,
+                          describe(pair));
+            samples[f].push_back(int(found - pairs.begin()));
+        }
+        motion.poses.push_back(inputs.poses.poses[pair.pose_idx]);
+    }
+    const int pose_idx = reference.pairs[first].pose_idx;
+    motion.body = &inputs.bodies.bodies[body_idx];
+    motion.frame_rate = inputs.poses.clip_frame_rates[inputs.poses.clip_idx[pose_idx]];
+    motion.title = fmt::format("{}, {}", motion.body->name, inputs.poses.clip_names[inputs.poses.clip_idx[pose_idx]]);
+    for (std::size_t f = 0; f < inputs.files.size(); ++f)
+        motion.methods.push_back({inputs.files[f].method, [&file = inputs.files[f], chosen = samples[f]](int frame) {
+                                      return file.points(chosen[frame]);
+                                  }});
+    return motion;
+}
+
 /// The first `count` poses, in the order they were sampled: the most different ones.
 Image poses_picture(const BodyPoser& poser, const BodySet& bodies, int body_idx, const PoseSet& poses, int count,
                     const ContactSheetSettings& settings)
@@ -160,7 +197,7 @@ int main(int argc, char** argv)
     Tool tool("export-scene", "Renders pictures of bodies and samples, and writes them as meshes for other programs",
               "export-scene --template template.h5 --bodies bodies.h5 --body 3 --picture layers.png "
               "--picture-kind layers --mesh body.glb");
-    std::string template_path, bodies_path, poses_path, mesh_path, picture_path;
+    std::string template_path, bodies_path, poses_path, mesh_path, page_path, picture_path;
     std::vector<std::string> deformation_paths;
     Selection asked;
     PosingOptions posing;
@@ -179,13 +216,15 @@ int main(int argc, char** argv)
     for (const ExportFormat& format : export_formats())
         formats += fmt::format("{}{} ({})", formats.empty() ? "" : ", ", format.extension, format.summary);
     tool.output("mesh", mesh_path, "The body with what lies inside, by extension " + formats, false);
+    tool.output("page", page_path,
+                "HTML page that shows the samples of --deformations in motion, several methods beside each other", false);
     tool.output("picture", picture_path, "PNG picture", false);
     tool.parameter("body", asked.body_idx, "Body index", 0, 1 << 30);
     tool.parameter("pose", asked.pose_idx, "Pose index, moved by linear blend skinning; -1: at rest", -1, 1 << 30);
     tool.parameter("sample", asked.sample_idx, "Sample of the deformation file; -1: none", -1, 1 << 30);
     tool.parameter(
         "frames", num_frames,
-        "Poses or samples from --pose or --sample on that --mesh holds; where each is a file, its name holds "
+        "Poses or samples from --pose or --sample on that --mesh or --page holds; where each is a file, its name holds "
         "the place of the number, out_{:04}.ply; 0: all",
         0, 1000000);
     tool.parameter("surface", surface, "What --mesh holds",
@@ -209,7 +248,8 @@ int main(int argc, char** argv)
     tool.parameter("supersampling", settings.samples_per_axis, "Rays along each side of a pixel", 1, 8);
 
     return tool.run(argc, argv, [&] {
-        require_input(!mesh_path.empty() || !picture_path.empty(), "Give --picture, --mesh or both");
+        require_input(!mesh_path.empty() || !page_path.empty() || !picture_path.empty(),
+                      "Give --picture, --mesh, --page or several of them");
         sheet.view = settings.view;
         sheet.samples_per_axis = settings.samples_per_axis;
         if (height > 0) settings.height = sheet.cell_height = height;
@@ -221,6 +261,7 @@ int main(int argc, char** argv)
         std::vector<DeformationSet> files;
         for (const std::string& path : deformation_paths)
             files.push_back(open_deformations(path, body_template.num_volume_vertices()));
+        const int num_page_frames = num_frames;
         if (num_frames == 0) num_frames = remaining_frames(asked, poses, files);
         if (!mesh_path.empty())
             for (const std::string& file : exported_files(mesh_path, num_frames))
@@ -239,6 +280,14 @@ int main(int argc, char** argv)
             sequence.credits = credits_of(tool.provenance());
             export_meshes(mesh_path, sequence);
             std::cout << mesh_path << "\n";
+        }
+        if (!page_path.empty()) {
+            PageMotion motion = page_motion(asked, num_page_frames, inputs);
+            motion.credits = credits_of(tool.provenance());
+            const PageFigures figures = write_page(page_path, poser, motion);
+            fmt::print("{}: {} frames of {} methods, every vertex within {:.2f} mm; {} of {} anatomy vertices are stored\n",
+                       page_path, motion.poses.size(), motion.methods.size(), 1e3 * figures.largest_error,
+                       figures.num_stored, figures.num_anatomy);
         }
         if (picture_path.empty()) return;
         require_input(kind != "cut" || select(asked, inputs).pose_idx < 0,
