@@ -143,8 +143,23 @@ MeshSequence mesh_sequence(const Selection& asked, int num_frames, const std::st
     return sequence;
 }
 
-/// The frames of a page: the samples of the first deformation file from `asked` on that are of its body, in their order,
-/// with what each of the other files makes of them. Keeps references to `inputs`.
+/// Of samples in their order, Hz: that of their clip, thinned as they are; of poses that are no motion, slow.
+double shown_frame_rate(const DeformationSet& set, const std::vector<int>& samples, const PoseSet& poses)
+{
+    constexpr double no_motion = 1.5;
+    if (samples.size() < 2) return no_motion;
+    const auto pose_of = [&](std::size_t k) { return set.pairs[samples[k]].pose_idx; };
+    const int clip_idx = poses.clip_idx[pose_of(0)];
+    const int step = poses.frame_idx[pose_of(1)] - poses.frame_idx[pose_of(0)];
+    for (std::size_t k = 1; k < samples.size(); ++k)
+        if (poses.clip_idx[pose_of(k)] != clip_idx ||
+            poses.frame_idx[pose_of(k)] - poses.frame_idx[pose_of(k - 1)] != step || step <= 0)
+            return no_motion;
+    return poses.clip_frame_rates[clip_idx] / step;
+}
+
+/// The frames of a page: the samples of the first deformation file from `asked` on that are of its body, in their
+/// order, with what each of the other files makes of them. Keeps references to `inputs`.
 PageMotion page_motion(const Selection& asked, int num_frames, const Inputs& inputs)
 {
     require_input(!inputs.files.empty(), "--page needs --deformations: the samples to show, of one method or several");
@@ -168,10 +183,10 @@ PageMotion page_motion(const Selection& asked, int num_frames, const Inputs& inp
         }
         motion.poses.push_back(inputs.poses.poses[pair.pose_idx]);
     }
-    const int pose_idx = reference.pairs[first].pose_idx;
+    const int pose_idx = reference.pairs[first].pose_idx, clip_idx = inputs.poses.clip_idx[pose_idx];
     motion.body = &inputs.bodies.bodies[body_idx];
-    motion.frame_rate = inputs.poses.clip_frame_rates[inputs.poses.clip_idx[pose_idx]];
-    motion.title = fmt::format("{}, {}", motion.body->name, inputs.poses.clip_names[inputs.poses.clip_idx[pose_idx]]);
+    motion.frame_rate = shown_frame_rate(reference, samples[0], inputs.poses);
+    motion.title = fmt::format("{}, {}", motion.body->name, inputs.poses.clip_names[clip_idx]);
     for (std::size_t f = 0; f < inputs.files.size(); ++f)
         motion.methods.push_back({inputs.files[f].method, [&file = inputs.files[f], chosen = samples[f]](int frame) {
                                       return file.points(chosen[frame]);
@@ -217,7 +232,8 @@ int main(int argc, char** argv)
         formats += fmt::format("{}{} ({})", formats.empty() ? "" : ", ", format.extension, format.summary);
     tool.output("mesh", mesh_path, "The body with what lies inside, by extension " + formats, false);
     tool.output("page", page_path,
-                "HTML page that shows the samples of --deformations in motion, several methods beside each other", false);
+                "HTML page that shows the samples of --deformations in motion, several methods beside each other",
+                false);
     tool.output("picture", picture_path, "PNG picture", false);
     tool.parameter("body", asked.body_idx, "Body index", 0, 1 << 30);
     tool.parameter("pose", asked.pose_idx, "Pose index, moved by linear blend skinning; -1: at rest", -1, 1 << 30);
@@ -285,9 +301,10 @@ int main(int argc, char** argv)
             PageMotion motion = page_motion(asked, num_page_frames, inputs);
             motion.credits = credits_of(tool.provenance());
             const PageFigures figures = write_page(page_path, poser, motion);
-            fmt::print("{}: {} frames of {} methods, every vertex within {:.2f} mm; {} of {} anatomy vertices are stored\n",
-                       page_path, motion.poses.size(), motion.methods.size(), 1e3 * figures.largest_error,
-                       figures.num_stored, figures.num_anatomy);
+            fmt::print(
+                "{}: {} frames of {} methods, every vertex within {:.2f} mm; {} of {} anatomy vertices are stored\n",
+                page_path, motion.poses.size(), motion.methods.size(), 1e3 * figures.largest_error, figures.num_stored,
+                figures.num_anatomy);
         }
         if (picture_path.empty()) return;
         require_input(kind != "cut" || select(asked, inputs).pose_idx < 0,

@@ -19,7 +19,7 @@ CHROMIUM = shutil.which("chromium")
 
 class Browser:
     def __init__(self, width=1280, height=800, scale=1, mobile=False):
-        self.folder = tempfile.TemporaryDirectory(prefix="ndg-chromium-")
+        self.folder = tempfile.TemporaryDirectory(prefix="ndg-chromium-", ignore_cleanup_errors=True)
         commands_read, self.commands = os.pipe()
         self.answers, answers_write = os.pipe()
 
@@ -114,8 +114,14 @@ class Browser:
         self.call("Input.dispatchKeyEvent", type="keyDown", key=key, **text, **more)
         self.call("Input.dispatchKeyEvent", type="keyUp", key=key, **more)
 
-    def type(self, text):
+    def type(self, selector, text):
+        """Text into an empty field."""
+        self.run(f"(() => {{ const e = document.querySelector({json.dumps(selector)}); e.focus(); e.value = ''; }})()")
         self.call("Input.insertText", text=text)
+
+    def settle(self):
+        """Waits for the fine picture of what was asked for."""
+        self.wait("NdgViewer.get().isFine && !NdgViewer.get().needsPicture")
 
     def mouse(self, kind, x, y, button="none"):
         pressed = 1 if kind == "mousePressed" or (kind == "mouseMoved" and button != "none") else 0

@@ -47,7 +47,7 @@ function methodsSection(viewer) {
   if (names.length < 2) return null;
   const options = Object.fromEntries(names.map((name, m) => [m, name]));
   const first = select('Method', options, (m) => viewer.setMethods(Number(m), viewer.methods[1]));
-  const second = select('Method beside it', { none: 'nothing', ...options }, (m) => viewer.setMethods(viewer.methods[0], Number(m)));
+  const second = select('Method beside it', { none: 'none', ...options }, (m) => viewer.setMethods(viewer.methods[0], Number(m)));
   const show = () => {
     first.value = viewer.methods[0];
     second.value = viewer.methods[1] ?? 'none';

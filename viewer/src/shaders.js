@@ -5,6 +5,7 @@
 const points = `
 uniform highp sampler2D points, normals;
 vec4 pointAt(uint i) { return texelFetch(points, ivec2(int(i % 256u), int(i / 256u)), 0); }
+vec2 valueAt(vec4 point) { return point.w < 1e8 ? vec2(point.w, 1.0) : vec2(0.0); }
 vec3 normalAt(uint i) { return texelFetch(normals, ivec2(int(i % 256u), int(i / 256u)), 0).xyz; }
 `;
 
@@ -13,7 +14,7 @@ precision highp float;
 uniform mat4 viewMatrix, projectionMatrix;
 uniform highp int pass;
 out vec3 world, shadingNormal;
-out float value;
+out vec2 value;  // of the field, and how much of the point has one
 flat out int state;
 `;
 
@@ -24,7 +25,7 @@ void main() {
   vec4 at = pointAt(point);
   shadingNormal = normalAt(point);
   world = at.xyz - inset * shadingNormal;
-  value = at.w;
+  value = valueAt(at);
   state = 1;
   gl_Position = projectionMatrix * viewMatrix * vec4(world, 1.0);
 }`;
@@ -56,13 +57,15 @@ void main() {
   vec3 movedNormal = rotated(q, normal);
   world = moved;
   shadingNormal = movedNormal;
-  value = 1e9;
+  value = vec2(0.0);
   if (share < 1.0) {
     vec4 a = pointAt(carriersA.x), b = pointAt(carriersA.y), c = pointAt(carriersA.z), d = pointAt(carriersA.w);
-    vec4 carried = weightsA.x * a + weightsA.y * b + weightsA.z * c + weightsA.w * d
-      + weightsB.x * pointAt(carriersB.x) + weightsB.y * pointAt(carriersB.y);
-    world = mix(carried.xyz, moved, share);
-    value = carried.w;
+    vec4 e = pointAt(carriersB.x), f = pointAt(carriersB.y);
+    vec3 carried = weightsA.x * a.xyz + weightsA.y * b.xyz + weightsA.z * c.xyz + weightsA.w * d.xyz
+      + weightsB.x * e.xyz + weightsB.y * f.xyz;
+    world = mix(carried, moved, share);
+    value = weightsA.x * valueAt(a) + weightsA.y * valueAt(b) + weightsA.z * valueAt(c) + weightsA.w * valueAt(d)
+      + weightsB.x * valueAt(e) + weightsB.y * valueAt(f);
     if (dual != vec3(0.0)) {
       vec3 u = b.xyz - a.xyz, v = c.xyz - a.xyz, w = d.xyz - a.xyz;
       shadingNormal = mix(dual.x * cross(v, w) + dual.y * cross(w, u) + dual.z * cross(u, v), movedNormal, share);
@@ -74,7 +77,7 @@ void main() {
 export const fragment = `
 precision highp float;
 in vec3 world, shadingNormal;
-in float value;
+in vec2 value;
 flat in int state;
 uniform mat4 viewMatrix;
 uniform vec3 cameraPosition;
@@ -98,8 +101,9 @@ void main() {
   if (!gl_FrontFacing) n = -n;
   vec3 base = tissue;
   if (byField) {
-    base = linear(vec3(0.62));
-    if (value < 1e8) base = linear(texture(ramp, vec2(clamp((value - fieldRange.x) / (fieldRange.y - fieldRange.x), 0.0, 1.0), 0.5)).rgb);
+    float at = (value.x / max(value.y, 1e-6) - fieldRange.x) / (fieldRange.y - fieldRange.x);
+    vec3 coloured = linear(texture(ramp, vec2(clamp(at, 0.0, 1.0), 0.5)).rgb);
+    base = mix(linear(vec3(0.62)), coloured, clamp(value.y, 0.0, 1.0));
   }
   if (state == 3) base = mix(base, highlight, byField ? 0.35 : 0.8);
   // Lights that move with the camera, so that every view is lit: key from above left, fill from the right, sky.

@@ -10,7 +10,7 @@ import { cutOrder, highlightColour, layers } from './layers.js';
 import { anatomyVertex, capFragment, capVertex, fragment, surfaceVertex } from './shaders.js';
 
 const textureWidth = 256;
-const skinThickness = 0.0016;  // m, drawn between skin and fat where they are cut
+const skinThickness = 0.0016;  // m, drawn between skin and fat, which share a surface
 
 function floatTexture(data, width) {
   const texture = new DataTexture(data, width, data.length / 4 / width, RGBAFormat, FloatType);
@@ -99,7 +99,7 @@ export class Stage {
       };
       this.addLayer(id, geometry(triangles), closed ? geometry([...triangles, ...closed]) : null);
     }
-    this.solids.fat.inset = skinThickness;
+    this.meshes.fat.userData.own.inset.value = skinThickness;
   }
 
   /** Bones or muscles. */
@@ -131,7 +131,7 @@ export class Stage {
     };
     const mesh = this.mesh(geometry, own, parts);
     this.meshes[id] = mesh;
-    this.solids[id] = { mesh: solidGeometry ? this.mesh(solidGeometry, own, parts) : mesh, inset: 0 };
+    this.solids[id] = solidGeometry ? this.mesh(solidGeometry, own, parts) : mesh;
     this.cutMaterials[id] = { value: new Color(layer.cut) };
   }
 
@@ -208,6 +208,14 @@ export class Stage {
     texture.needsUpdate = true;
   }
 
+  resize(width, height, pixelRatio) {
+    const key = `${width} ${height} ${pixelRatio}`;
+    if (this.size === key) return;
+    this.size = key;
+    this.renderer.setPixelRatio(pixelRatio);
+    this.renderer.setSize(width, height, false);
+  }
+
   draw(mesh, material, camera) {
     mesh.material = material;
     material.uniformsNeedUpdate = true;  // the same material may come again with textures of another body
@@ -248,12 +256,10 @@ export class Stage {
   }
 
   renderCut(id, colour, camera, onlyPart) {
-    const { mesh, inset } = this.solids[id], { own, count } = mesh.userData;
+    const mesh = this.solids[id], { own, count } = mesh.userData;
     this.renderer.clearStencil();
-    own.inset.value = inset;
     own.onlyPart.value = onlyPart;
     for (const material of count) this.draw(mesh, material, camera);
-    own.inset.value = 0;
     own.onlyPart.value = -1;
     this.cut.material.uniforms.tissue.value = colour;
     this.draw(this.cut, this.cut.material, camera);

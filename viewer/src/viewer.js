@@ -38,11 +38,11 @@ export class Viewer extends EventTarget {
     this.bodies = [];
     this.times = { opened: performance.now(), firstPicture: null, complete: null };
     this.fps = 0;
-    this.lookFrom('front');
   }
 
   changed(what = 'view') {
     this.needsPicture = true;
+    this.lastChange = performance.now();
     this.dispatchEvent(new CustomEvent(what));
   }
 
@@ -54,6 +54,7 @@ export class Viewer extends EventTarget {
       this.fields = new Fields(this.recording, this.rest);
       this.stage.addSurfaces(this.recording);
       this.bodies = [0, 1].map(() => new ShapeTextures(new Shape(this.recording)));
+      this.lookFrom('front');
       this.dispatchEvent(new CustomEvent('ready'));
     }
     for (const layer of ['bone', 'muscle'])
@@ -88,8 +89,11 @@ export class Viewer extends EventTarget {
       if (frame !== this.frame && frame < this.numLoaded) this.setFrame(frame);
     }
     this.controls.update();
-    if (!this.needsPicture || !this.rest) return;
+    if (!this.rest) return;
+    const resting = !this.playing && now - this.lastChange > 150;
+    if (!this.needsPicture && !(resting && !this.isFine)) return;
     this.needsPicture = false;
+    this.isFine = resting;
     this.render();
     if (this.times.firstPicture === null) this.times.firstPicture = performance.now() - this.times.opened;
     const since = now - (this.lastPicture ?? now);
@@ -224,13 +228,31 @@ export class Viewer extends EventTarget {
   }
 
   // -- camera
+  /** Shows the whole body as it is in this frame. */
   lookFrom(side) {
-    const [x, y, z] = { front: [0, 0.05, 1], back: [0, 0.05, -1], left: [1, 0.05, 0], right: [-1, 0.05, 0], above: [0, 1, 0.01] }[side];
-    const origin = this.recording.head.origins[this.frame ?? 0];
-    this.controls.target.set(origin[0], 0.86, origin[2]);
-    this.camera.position.set(x, y, z).normalize().multiplyScalar(this.viewDistance ?? 4.2).add(this.controls.target);
+    const ahead = new Vector3(...{ front: [0, 0.05, 1], back: [0, 0.05, -1], left: [1, 0.05, 0], right: [-1, 0.05, 0], above: [0, 1, 0.01] }[side]).normalize();
+    const { low, high } = this.bounds();
+    const across = side === 'left' || side === 'right' ? high[2] - low[2] : high[0] - low[0];
+    const up = side === 'above' ? high[2] - low[2] : high[1] - low[1];
+    const deep = side === 'above' ? high[1] - low[1] : side === 'left' || side === 'right' ? high[0] - low[0] : high[2] - low[2];
+    const box = this.boxes[0];
+    const half = 1.1 * Math.max(up, across / (box.width / box.height)) / 2;
+    this.controls.target.set(...low.map((v, k) => (v + high[k]) / 2));
+    this.camera.position.copy(ahead).multiplyScalar(half / Math.tan(this.camera.fov * Math.PI / 360) + deep / 2).add(this.controls.target);
+    const origin = this.recording.head.origins[this.frame];
     this.followed = [origin[0], origin[2]];
     this.changed();
+  }
+  /** Corners of the box around the body, m. */
+  bounds() {
+    const { points } = this.prepare(0).shape, low = [9, 9, 9], high = [-9, -9, -9], [x, , z] = this.shapeOf(0).origin;
+    for (let i = 0; i < points.length; i += 4)
+      for (let k = 0; k < 3; ++k) {
+        const from = [x, 0, z][k];
+        low[k] = Math.min(low[k], points[i + k] - from);
+        high[k] = Math.max(high[k], points[i + k] - from);
+      }
+    return { low: [low[0] + x, low[1], low[2] + z], high: [high[0] + x, high[1], high[2] + z] };
   }
   /** The camera goes with the body over ground. */
   follow() {
@@ -262,17 +284,7 @@ export class Viewer extends EventTarget {
   }
   resize(width, height, pixelRatio) {
     if (width < 1 || height < 1) return;
-    Object.assign(this, { width, height });
-    this.stage.renderer.setPixelRatio(Math.min(2, pixelRatio));
-    this.stage.renderer.setSize(width, height, false);
-    const box = this.boxes[0];
-    // The whole body fits into whatever shape the window has.
-    const distance = 1.05 / Math.tan(Math.PI / 12) / Math.min(1, (box.width / box.height) / 0.55);
-    if (!this.viewDistance) {
-      this.viewDistance = distance;
-      if (!this.placed) this.lookFrom('front');
-    }
-    this.viewDistance = distance;
+    Object.assign(this, { width, height, pixelRatio });
     this.changed();
   }
   prepare(slot) {
@@ -287,6 +299,10 @@ export class Viewer extends EventTarget {
   }
   render() {
     this.follow();
+    // Edges are smooth in pictures that stand: two pixels each way for one of the screen. (Multisampling is not used:
+    // software renderers let triangles seen edge on shine through others there.)
+    const pixelRatio = this.isFine ? 2 : Math.min(2, this.pixelRatio);
+    this.stage.resize(this.width, this.height, pixelRatio);
     this.stage.setField(this.field);
     const boxes = this.boxes;
     boxes.forEach((box, slot) => {
@@ -301,6 +317,7 @@ export class Viewer extends EventTarget {
   }
   /** Promise of a PNG of the picture. */
   png() {
+    this.isFine = true;
     this.render();
     return new Promise((resolve) => { this.canvas.toBlob(resolve, 'image/png'); });
   }
@@ -364,7 +381,6 @@ export class Viewer extends EventTarget {
       this.setOthers(link.others);
     } else this.updateParts();
     if (link.camera) {
-      this.placed = true;
       this.camera.position.set(...link.camera);
       this.controls.target.set(...link.target);
       const origin = this.recording.head.origins[this.frame];
