@@ -60,15 +60,43 @@ BodyGeometry geometry_of(const Selection& selection, const Inputs& inputs)
     return posed_geometry(posed, inputs.files[0].points(selection.sample_idx));
 }
 
-/// The surfaces of a body that are exported: all, or the one called `surface`.
+/// Bones or muscles, gathered in one surface, as the parts they were gathered from.
+std::vector<SceneSurface> split_into_parts(const SceneSurface& gathered, AnatomyLayer layer,
+                                           const std::vector<AnatomyPart>& parts)
+{
+    std::vector<SceneSurface> surfaces;
+    Eigen::Index vertex = 0, triangle = 0;
+    for (const AnatomyPart& part : parts) {
+        if (part.layer != layer) continue;
+        const Eigen::Index num_vertices = part.vertex_end - part.vertex_begin;
+        const Eigen::Index num_triangles = part.triangle_end - part.triangle_begin;
+        SceneSurface& surface = surfaces.emplace_back(gathered);
+        surface.name = part.name;
+        surface.vertices = gathered.vertices.middleRows(vertex, num_vertices);
+        surface.triangles = gathered.triangles.middleRows(triangle, num_triangles).array() - int(vertex);
+        vertex += num_vertices;
+        triangle += num_triangles;
+    }
+    return surfaces;
+}
+
+/// The surfaces of a body that are exported: all, or the one called `surface`; "parts": all, each bone and muscle one.
 std::vector<SceneSurface> exported_surfaces(const Template& body_template, const BodyGeometry& geometry,
                                             const std::string& surface)
 {
-    std::vector<SceneSurface> surfaces = anatomy_surfaces(body_template, geometry);
+    std::vector<SceneSurface> surfaces;
+    for (SceneSurface& gathered : anatomy_surfaces(body_template, geometry)) {
+        const AnatomyLayer layer = gathered.name == "bones" ? AnatomyLayer::bone : AnatomyLayer::muscle;
+        if (surface != "parts")
+            surfaces.push_back(std::move(gathered));
+        else
+            for (SceneSurface& part : split_into_parts(gathered, layer, body_template.anatomy_parts))
+                surfaces.push_back(std::move(part));
+    }
     surfaces.push_back(bone_wrap_surface(body_template, geometry));
     surfaces.push_back(muscle_wrap_surface(body_template, geometry));
     surfaces.push_back(skin_surface(body_template, geometry));
-    if (surface == "all") {
+    if (surface == "all" || surface == "parts") {
         // So that what lies inside shows through.
         surfaces.back().opacity = 0.35f;
         surfaces[surfaces.size() - 2].opacity = 0.5f;
@@ -124,6 +152,13 @@ MeshSequence mesh_sequence(const Selection& asked, int num_frames, const std::st
     for (const SceneSurface& candidate : exported_surfaces(body_template, geometry_of(first, inputs), surface))
         sequence.meshes.push_back({candidate.name, candidate.triangles, candidate.colour, candidate.opacity,
                                    candidate.gloss, candidate.two_sided});
+    if (surface == "parts")
+        for (ExportedMesh& mesh : sequence.meshes)
+            for (const AnatomyPart& part : body_template.anatomy_parts)
+                if (part.name == mesh.name) {
+                    mesh.group = part.layer == AnatomyLayer::bone ? "bones" : "muscles";
+                    mesh.fma_id = part.fma_id;
+                }
     sequence.num_frames = num_frames;
     if (first.pose_idx >= 0) sequence.frame_rate = inputs.poses.clip_frame_rates[inputs.poses.clip_idx[first.pose_idx]];
     sequence.frame = [selected, surface, &settings, &inputs, &body_template](int frame_idx) {
@@ -243,8 +278,8 @@ int main(int argc, char** argv)
         "Poses or samples from --pose or --sample on that --mesh or --page holds; where each is a file, its name holds "
         "the place of the number, out_{:04}.ply; 0: all",
         0, 1000000);
-    tool.parameter("surface", surface, "What --mesh holds",
-                   {"all", "skin", "muscle_wrap", "bone_wrap", "bones", "muscles"});
+    tool.parameter("surface", surface, "What --mesh holds; parts: all, with each bone and muscle as a mesh of its own",
+                   {"all", "parts", "skin", "muscle_wrap", "bone_wrap", "bones", "muscles"});
     tool.parameter("picture-kind", kind, "What the picture shows",
                    {"body", "layers", "cut", "section", "frames", "worst", "errors", "bodies", "poses"});
     tool.parameter("plane", section.kind, "Plane of the sections, for --picture-kind section");

@@ -3,7 +3,7 @@
 
 /** `cut`: colour of the cut face; `solid`: what it fills (see Stage). Colours are sRGB. */
 export const layers = [
-  { id: 'skin', label: 'Skin', colour: '#d9b79f', cut: '#c99c84', gloss: 0.16, opacity: 1 },
+  { id: 'skin', label: 'Skin', colour: '#d9b79f', cut: '#c99c84', gloss: 0.16, opacity: 0.4 },
   { id: 'fat', label: 'Fat', colour: '#e4c77c', cut: '#ecd591', gloss: 0.22, opacity: 1, shown: false },
   { id: 'muscle_wrap', label: 'Muscle wrap', colour: '#b0544a', cut: '#b4574c', gloss: 0.3, opacity: 1, shown: false },
   { id: 'muscles', label: 'Muscles', colour: '#a5433b', cut: '#8f3029', gloss: 0.32, opacity: 1, anatomy: true },

@@ -19,7 +19,11 @@ function timeline() {
   const { head } = viewer.recording;
   const play = button('▶', 'Play', () => viewer.play(), { id: 'play' });
   const scrubber = element('input', { type: 'range', id: 'scrubber', min: 0, max: head.num_frames - 1, step: 1, value: 0, 'aria-label': 'Frame',
-    oninput: () => { viewer.play(false); viewer.setFrame(Number(scrubber.value)); } });
+    oninput: () => {
+      const frame = Number(scrubber.value);  // pausing shows the frame that is
+      viewer.play(false);
+      viewer.setFrame(frame);
+    } });
   const loaded = element('div', { id: 'loaded' });
   const time = element('output', { id: 'time', for: 'scrubber' });
   const step = (by) => () => { viewer.play(false); viewer.setFrame(viewer.frame + by); };
@@ -49,7 +53,7 @@ function captions(view) {
       caption.hidden = !box;
       if (!box) return;
       caption.textContent = viewer.recording.head.methods[viewer.methods[slot]];
-      Object.assign(caption.style, { left: `${box.x + box.width / 2}px`, top: `${viewer.height - box.y - box.height + 10}px` });
+      Object.assign(caption.style, { left: `${box.x + box.width / 2}px`, top: `${viewer.height - box.y - box.height + (viewer.width < 700 ? 38 : 10)}px` });
     });
   };
   viewer.addEventListener('rendered', place);

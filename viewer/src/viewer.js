@@ -37,7 +37,7 @@ export class Viewer extends EventTarget {
     this.anatomy = {};
     this.bodies = [];
     this.times = { opened: performance.now(), firstPicture: null, complete: null };
-    this.fps = 0;
+    this.finePixelRatio = 2;
   }
 
   changed(what = 'view') {
@@ -96,9 +96,6 @@ export class Viewer extends EventTarget {
     this.isFine = resting;
     this.render();
     if (this.times.firstPicture === null) this.times.firstPicture = performance.now() - this.times.opened;
-    const since = now - (this.lastPicture ?? now);
-    this.lastPicture = now;
-    if (since > 0 && since < 1000) this.fps += 0.1 * (1000 / since - this.fps);
   }
 
   // -- what is shown
@@ -236,7 +233,7 @@ export class Viewer extends EventTarget {
     const up = side === 'above' ? high[2] - low[2] : high[1] - low[1];
     const deep = side === 'above' ? high[1] - low[1] : side === 'left' || side === 'right' ? high[0] - low[0] : high[2] - low[2];
     const box = this.boxes[0];
-    const half = 1.1 * Math.max(up, across / (box.width / box.height)) / 2;
+    const half = 1.14 * Math.max(up, across / (box.width / box.height)) / 2;
     this.controls.target.set(...low.map((v, k) => (v + high[k]) / 2));
     this.camera.position.copy(ahead).multiplyScalar(half / Math.tan(this.camera.fov * Math.PI / 360) + deep / 2).add(this.controls.target);
     const origin = this.recording.head.origins[this.frame];
@@ -301,7 +298,7 @@ export class Viewer extends EventTarget {
     this.follow();
     // Edges are smooth in pictures that stand: two pixels each way for one of the screen. (Multisampling is not used:
     // software renderers let triangles seen edge on shine through others there.)
-    const pixelRatio = this.isFine ? 2 : Math.min(2, this.pixelRatio);
+    const pixelRatio = this.isFine ? this.finePixelRatio : Math.min(2, this.pixelRatio);
     this.stage.resize(this.width, this.height, pixelRatio);
     this.stage.setField(this.field);
     const boxes = this.boxes;
@@ -364,7 +361,7 @@ export class Viewer extends EventTarget {
       methods: [...this.methods], layers: structuredClone(this.layers), colour: this.colour, range: this.range ?? undefined,
       cut: { ...this.cut }, selected: this.selectedPart?.name ?? null, others: this.others,
       hidden: [...this.hiddenParts], camera: this.camera.position.toArray(), target: this.controls.target.toArray(),
-      distance: this.distance(), times: { ...this.times }, fps: this.fps,
+      distance: this.distance(), times: { ...this.times },
     };
   }
   /** Takes what fromLink() found. */
