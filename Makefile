@@ -57,6 +57,7 @@ include pipelines/bodies.mk
 include pipelines/train.mk
 include pipelines/eval.mk
 include pipelines/unseen.mk
+include pipelines/page.mk
 include pipelines/curve.mk
 include pipelines/scan.mk
 include pipelines/slurm/slurm.mk

@@ -6,6 +6,7 @@ tables: build ## Tables 1 and 3 and pictures, out/<preset>/report/{index.html,re
 	@$(MAKE) --no-print-directory $(OUT)/report/tables.json
 	@cat $(OUT)/report/results.md
 	@echo "report: $(OUT)/report/index.html"
+	@echo "page:   $(REPORT)/page.html (a body in motion, in any browser); the same for other programs: motion.glb"
 
 ablations: build ## the same with the rows of Table 4: NDG without matrix exponential, body shape, rotation
 	@$(MAKE) --no-print-directory tables VARIANTS="no-exponential no-shape not-augmented no-rotation"
@@ -99,7 +100,7 @@ $(OUT)/protrusion.json: $(BODY_DEPS) $(OUT)/splits.h5 $(OUT)/fem.h5 $(METHOD_PRE
 	$(STAGE) measure-protrusion $(BIN)/measure-protrusion $(RUN) $(BODY_FILES) $(TEST_PAIRS) \
 	    $(addprefix --deformations ,$(OUT)/fem.h5 $(METHOD_PREDICTIONS)) $(addprefix --external ,$(EXTERNAL)) --output $@
 
-PICTURES = $(addprefix $(REPORT)/,layers.png cut.png bodies.png frames.png errors.png posed.glb) \
+PICTURES = $(addprefix $(REPORT)/,layers.png cut.png bodies.png frames.png errors.png posed.glb motion.glb page.html) \
     $(if $(TABLE_2),$(REPORT)/unseen.png) $(if $(filter-out 0,$(WORST)),$(METHODS:%=$(REPORT)/worst-%.png))
 
 $(OUT)/seconds.json: $(PREDICTIONS) $(PICTURES) $(OUT)/protrusion.json

@@ -36,8 +36,9 @@ body: scan-given build ## a layered body of one scan, out/<name>/{body.h5,report
 	@cat $(OWN)/report.txt
 	@echo "body: $(OWN)/body.h5; pictures: $(OWN)/fit.png, body.png, section.png"
 
-animate: scan-given build ## the body of one scan in a motion, out/<name>/<motion>/<method>.{h5,obj,pc2,png}; SCAN=<file> [MOTION=<file>] [METHOD=fem]
-	@$(MAKE) --no-print-directory $(CLIP)/$(METHOD).pc2 $(CLIP)/$(METHOD).png
+animate: scan-given build ## the body of one scan in a motion, out/<name>/<motion>/<method>.{h5,html,obj,pc2,png}; SCAN=<file> [MOTION=<file>] [METHOD=fem]
+	@$(MAKE) --no-print-directory $(CLIP)/$(METHOD).html $(CLIP)/$(METHOD).pc2 $(CLIP)/$(METHOD).png
+	@echo "page: $(CLIP)/$(METHOD).html, for any browser"
 	@echo "animation: $(CLIP)/$(METHOD).obj moved by $(CLIP)/$(METHOD).pc2; frames: $(CLIP)/$(METHOD).png; flesh: $(CLIP)/$(METHOD).h5"
 
 ifneq ($(SCAN),)
@@ -95,6 +96,9 @@ $(CLIP)/%.pc2: $(CLIP)/%.h5
 	$(OWN_STAGE) mesh $(BIN)/export-scene $(RUN) $(OWN_SAMPLES) --deformations $< --sample 0 --surface skin --mesh $(@:.pc2=.obj)
 	$(OWN_STAGE) animation $(BIN)/export-scene $(RUN) $(OWN_SAMPLES) --deformations $< --sample 0 --frames 0 \
 	    --surface skin --mesh $@
+
+$(CLIP)/%.html: $(CLIP)/%.h5
+	$(OWN_STAGE) page $(BIN)/export-scene $(RUN) $(OWN_SAMPLES) --deformations $< --frames 0 --page $@
 
 $(CLIP)/%.png: $(CLIP)/%.h5
 	$(OWN_STAGE) picture-frames $(BIN)/export-scene $(RUN) $(OWN_SAMPLES) --deformations $< --picture-kind frames --count 6 \

@@ -4,6 +4,7 @@
 #include "ndg/core/tool.h"
 #include "ndg/dataset/deformation_file.h"
 #include "ndg/export/export_meshes.h"
+#include "ndg/page/page.h"
 #include "ndg/scene/colour_map.h"
 #include "ndg/scene/contact_sheet.h"
 #include "ndg/scene/error_pictures.h"
@@ -59,15 +60,43 @@ BodyGeometry geometry_of(const Selection& selection, const Inputs& inputs)
     return posed_geometry(posed, inputs.files[0].points(selection.sample_idx));
 }
 
-/// The surfaces of a body that are exported: all, or the one called `surface`.
+/// Bones or muscles, gathered in one surface, as the parts they were gathered from.
+std::vector<SceneSurface> split_into_parts(const SceneSurface& gathered, AnatomyLayer layer,
+                                           const std::vector<AnatomyPart>& parts)
+{
+    std::vector<SceneSurface> surfaces;
+    Eigen::Index vertex = 0, triangle = 0;
+    for (const AnatomyPart& part : parts) {
+        if (part.layer != layer) continue;
+        const Eigen::Index num_vertices = part.vertex_end - part.vertex_begin;
+        const Eigen::Index num_triangles = part.triangle_end - part.triangle_begin;
+        SceneSurface& surface = surfaces.emplace_back(gathered);
+        surface.name = part.name;
+        surface.vertices = gathered.vertices.middleRows(vertex, num_vertices);
+        surface.triangles = gathered.triangles.middleRows(triangle, num_triangles).array() - int(vertex);
+        vertex += num_vertices;
+        triangle += num_triangles;
+    }
+    return surfaces;
+}
+
+/// The surfaces of a body that are exported: all, or the one called `surface`; "parts": all, each bone and muscle one.
 std::vector<SceneSurface> exported_surfaces(const Template& body_template, const BodyGeometry& geometry,
                                             const std::string& surface)
 {
-    std::vector<SceneSurface> surfaces = anatomy_surfaces(body_template, geometry);
+    std::vector<SceneSurface> surfaces;
+    for (SceneSurface& gathered : anatomy_surfaces(body_template, geometry)) {
+        const AnatomyLayer layer = gathered.name == "bones" ? AnatomyLayer::bone : AnatomyLayer::muscle;
+        if (surface != "parts")
+            surfaces.push_back(std::move(gathered));
+        else
+            for (SceneSurface& part : split_into_parts(gathered, layer, body_template.anatomy_parts))
+                surfaces.push_back(std::move(part));
+    }
     surfaces.push_back(bone_wrap_surface(body_template, geometry));
     surfaces.push_back(muscle_wrap_surface(body_template, geometry));
     surfaces.push_back(skin_surface(body_template, geometry));
-    if (surface == "all") {
+    if (surface == "all" || surface == "parts") {
         // So that what lies inside shows through.
         surfaces.back().opacity = 0.35f;
         surfaces[surfaces.size() - 2].opacity = 0.5f;
@@ -123,6 +152,13 @@ MeshSequence mesh_sequence(const Selection& asked, int num_frames, const std::st
     for (const SceneSurface& candidate : exported_surfaces(body_template, geometry_of(first, inputs), surface))
         sequence.meshes.push_back({candidate.name, candidate.triangles, candidate.colour, candidate.opacity,
                                    candidate.gloss, candidate.two_sided});
+    if (surface == "parts")
+        for (ExportedMesh& mesh : sequence.meshes)
+            for (const AnatomyPart& part : body_template.anatomy_parts)
+                if (part.name == mesh.name) {
+                    mesh.group = part.layer == AnatomyLayer::bone ? "bones" : "muscles";
+                    mesh.fma_id = part.fma_id;
+                }
     sequence.num_frames = num_frames;
     if (first.pose_idx >= 0) sequence.frame_rate = inputs.poses.clip_frame_rates[inputs.poses.clip_idx[first.pose_idx]];
     sequence.frame = [selected, surface, &settings, &inputs, &body_template](int frame_idx) {
@@ -140,6 +176,57 @@ MeshSequence mesh_sequence(const Selection& asked, int num_frames, const std::st
         return frames;
     };
     return sequence;
+}
+
+/// Of samples in their order, Hz: that of their clip, thinned as they are; of poses that are no motion, slow.
+double shown_frame_rate(const DeformationSet& set, const std::vector<int>& samples, const PoseSet& poses)
+{
+    constexpr double no_motion = 1.5;
+    if (samples.size() < 2) return no_motion;
+    const auto pose_of = [&](std::size_t k) { return set.pairs[samples[k]].pose_idx; };
+    const int clip_idx = poses.clip_idx[pose_of(0)];
+    const int step = poses.frame_idx[pose_of(1)] - poses.frame_idx[pose_of(0)];
+    for (std::size_t k = 1; k < samples.size(); ++k)
+        if (poses.clip_idx[pose_of(k)] != clip_idx ||
+            poses.frame_idx[pose_of(k)] - poses.frame_idx[pose_of(k - 1)] != step || step <= 0)
+            return no_motion;
+    return poses.clip_frame_rates[clip_idx] / step;
+}
+
+/// The frames of a page: the samples of the first deformation file from `asked` on that are of its body, in their
+/// order, with what each of the other files makes of them. Keeps references to `inputs`.
+PageMotion page_motion(const Selection& asked, int num_frames, const Inputs& inputs)
+{
+    require_input(!inputs.files.empty(), "--page needs --deformations: the samples to show, of one method or several");
+    const DeformationSet& reference = inputs.files[0];
+    const int first = std::max(0, asked.sample_idx);
+    require_input(first < reference.size(), "--sample {} lies outside the {} samples of the {} file", first,
+                  reference.size(), reference.method);
+    const int body_idx = reference.pairs[first].body_idx;
+    std::vector<std::vector<int>> samples(inputs.files.size());  // file, frame
+    PageMotion motion;
+    for (int s = first; s < reference.size() && (num_frames == 0 || int(motion.poses.size()) < num_frames); ++s) {
+        const SamplePair& pair = reference.pairs[s];
+        if (pair.body_idx != body_idx) continue;
+        require_pair(pair, inputs.bodies.bodies.size(), inputs.poses.poses.size());
+        for (std::size_t f = 0; f < inputs.files.size(); ++f) {
+            const std::vector<SamplePair>& pairs = inputs.files[f].pairs;
+            const auto found = std::find(pairs.begin(), pairs.end(), pair);
+            require_input(found != pairs.end(), "the {} file has no sample of {}", inputs.files[f].method,
+                          describe(pair));
+            samples[f].push_back(int(found - pairs.begin()));
+        }
+        motion.poses.push_back(inputs.poses.poses[pair.pose_idx]);
+    }
+    const int pose_idx = reference.pairs[first].pose_idx, clip_idx = inputs.poses.clip_idx[pose_idx];
+    motion.body = &inputs.bodies.bodies[body_idx];
+    motion.frame_rate = shown_frame_rate(reference, samples[0], inputs.poses);
+    motion.title = fmt::format("{}, {}", motion.body->name, inputs.poses.clip_names[clip_idx]);
+    for (std::size_t f = 0; f < inputs.files.size(); ++f)
+        motion.methods.push_back({inputs.files[f].method, [&file = inputs.files[f], chosen = samples[f]](int frame) {
+                                      return file.points(chosen[frame]);
+                                  }});
+    return motion;
 }
 
 /// The first `count` poses, in the order they were sampled: the most different ones.
@@ -160,7 +247,7 @@ int main(int argc, char** argv)
     Tool tool("export-scene", "Renders pictures of bodies and samples, and writes them as meshes for other programs",
               "export-scene --template template.h5 --bodies bodies.h5 --body 3 --picture layers.png "
               "--picture-kind layers --mesh body.glb");
-    std::string template_path, bodies_path, poses_path, mesh_path, picture_path;
+    std::string template_path, bodies_path, poses_path, mesh_path, page_path, picture_path;
     std::vector<std::string> deformation_paths;
     Selection asked;
     PosingOptions posing;
@@ -179,17 +266,20 @@ int main(int argc, char** argv)
     for (const ExportFormat& format : export_formats())
         formats += fmt::format("{}{} ({})", formats.empty() ? "" : ", ", format.extension, format.summary);
     tool.output("mesh", mesh_path, "The body with what lies inside, by extension " + formats, false);
+    tool.output("page", page_path,
+                "HTML page that shows the samples of --deformations in motion, several methods beside each other",
+                false);
     tool.output("picture", picture_path, "PNG picture", false);
     tool.parameter("body", asked.body_idx, "Body index", 0, 1 << 30);
     tool.parameter("pose", asked.pose_idx, "Pose index, moved by linear blend skinning; -1: at rest", -1, 1 << 30);
     tool.parameter("sample", asked.sample_idx, "Sample of the deformation file; -1: none", -1, 1 << 30);
     tool.parameter(
         "frames", num_frames,
-        "Poses or samples from --pose or --sample on that --mesh holds; where each is a file, its name holds "
+        "Poses or samples from --pose or --sample on that --mesh or --page holds; where each is a file, its name holds "
         "the place of the number, out_{:04}.ply; 0: all",
         0, 1000000);
-    tool.parameter("surface", surface, "What --mesh holds",
-                   {"all", "skin", "muscle_wrap", "bone_wrap", "bones", "muscles"});
+    tool.parameter("surface", surface, "What --mesh holds; parts: all, with each bone and muscle as a mesh of its own",
+                   {"all", "parts", "skin", "muscle_wrap", "bone_wrap", "bones", "muscles"});
     tool.parameter("picture-kind", kind, "What the picture shows",
                    {"body", "layers", "cut", "section", "frames", "worst", "errors", "bodies", "poses"});
     tool.parameter("plane", section.kind, "Plane of the sections, for --picture-kind section");
@@ -209,7 +299,8 @@ int main(int argc, char** argv)
     tool.parameter("supersampling", settings.samples_per_axis, "Rays along each side of a pixel", 1, 8);
 
     return tool.run(argc, argv, [&] {
-        require_input(!mesh_path.empty() || !picture_path.empty(), "Give --picture, --mesh or both");
+        require_input(!mesh_path.empty() || !page_path.empty() || !picture_path.empty(),
+                      "Give --picture, --mesh, --page or several of them");
         sheet.view = settings.view;
         sheet.samples_per_axis = settings.samples_per_axis;
         if (height > 0) settings.height = sheet.cell_height = height;
@@ -221,6 +312,7 @@ int main(int argc, char** argv)
         std::vector<DeformationSet> files;
         for (const std::string& path : deformation_paths)
             files.push_back(open_deformations(path, body_template.num_volume_vertices()));
+        const int num_page_frames = num_frames;
         if (num_frames == 0) num_frames = remaining_frames(asked, poses, files);
         if (!mesh_path.empty())
             for (const std::string& file : exported_files(mesh_path, num_frames))
@@ -239,6 +331,15 @@ int main(int argc, char** argv)
             sequence.credits = credits_of(tool.provenance());
             export_meshes(mesh_path, sequence);
             std::cout << mesh_path << "\n";
+        }
+        if (!page_path.empty()) {
+            PageMotion motion = page_motion(asked, num_page_frames, inputs);
+            motion.credits = credits_of(tool.provenance());
+            const PageFigures figures = write_page(page_path, poser, motion);
+            fmt::print(
+                "{}: {} frames of {} methods, every vertex within {:.2f} mm; {} of {} anatomy vertices are stored\n",
+                page_path, motion.poses.size(), motion.methods.size(), 1e3 * figures.largest_error, figures.num_stored,
+                figures.num_anatomy);
         }
         if (picture_path.empty()) return;
         require_input(kind != "cut" || select(asked, inputs).pose_idx < 0,

@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <map>
 
 using namespace ndg;
 using ndg::test::body_like;
@@ -115,4 +116,94 @@ TEST_CASE("The same meshes give the same bytes")
     export_meshes(folder.file("a.glb"), body_like());
     export_meshes(folder.file("b.glb"), body_like());
     CHECK(read_file(folder.file("a.glb")) == read_file(folder.file("b.glb")));
+}
+
+TEST_CASE("Several frames become one animation: rigid meshes turn their node, others have a morph target a frame")
+{
+    const test::TemporaryFolder folder;
+    MeshSequence sequence = body_like(3);
+    sequence.frame_rate = 10.0;
+    sequence.meshes[1].group = "bones";
+    sequence.meshes[1].fma_id = 9611;
+    const auto before = sequence.frame;
+    sequence.frame = [before](int frame_idx) {
+        std::vector<MeshFrame> frames = before(frame_idx);
+        frames[0].vertices(3, 0) += 0.5 * frame_idx * frame_idx;  // the skin bends
+        const Eigen::Matrix3d turn = Eigen::AngleAxisd(1.2 * frame_idx, Eigen::Vector3d(1, 2, 2) / 3.0).matrix();
+        frames[1].vertices = (frames[1].vertices * turn.transpose()).eval();
+        return frames;
+    };
+    export_meshes(folder.file("a.glb"), sequence);
+    tinygltf::Model model;
+    std::string error, warning;
+    REQUIRE(tinygltf::TinyGLTF().LoadBinaryFromFile(&model, &error, &warning, folder.file("a.glb")));
+    const auto floats = [&](int accessor_idx) {
+        const tinygltf::Accessor& accessor = model.accessors[accessor_idx];
+        const tinygltf::BufferView& view = model.bufferViews[accessor.bufferView];
+        std::vector<float> values(accessor.count *
+                                  std::size_t(tinygltf::GetNumComponentsInType(std::uint32_t(accessor.type))));
+        std::memcpy(values.data(), model.buffers[0].data.data() + view.byteOffset, 4 * values.size());
+        return values;
+    };
+    const auto rows = [](const std::vector<float>& values) {
+        return Points(Eigen::Map<const Eigen::Matrix<float, Eigen::Dynamic, 3, Eigen::RowMajor>>(
+                          values.data(), Eigen::Index(values.size() / 3), 3)
+                          .cast<double>());
+    };
+    const auto node_of = [&](const std::string& name) {
+        return int(std::find_if(model.nodes.begin(), model.nodes.end(),
+                                [&](const tinygltf::Node& node) { return node.name == name && node.mesh >= 0; }) -
+                   model.nodes.begin());
+    };
+    REQUIRE(model.animations.size() == 1);
+    const tinygltf::Animation& animation = model.animations[0];
+    const auto channel = [&](int node, const std::string& path) -> const tinygltf::AnimationSampler& {
+        for (const tinygltf::AnimationChannel& entry : animation.channels)
+            if (entry.target_node == node && entry.target_path == path) return animation.samplers[entry.sampler];
+        FAIL("no " << path);
+        return animation.samplers[0];
+    };
+
+    const int bones = node_of("bones");
+    CHECK(model.nodes[bones].extras.Get("fma_id").GetNumberAsInt() == 9611);
+    const auto group = std::find_if(model.nodes.begin(), model.nodes.end(),
+                                    [](const tinygltf::Node& node) { return node.name == "bones" && node.mesh < 0; });
+    REQUIRE(group != model.nodes.end());
+    CHECK(group->children == std::vector<int>{bones});
+    CHECK(std::count(model.scenes[0].nodes.begin(), model.scenes[0].nodes.end(), bones) == 0);
+    const std::vector<float> times = floats(channel(bones, "rotation").input);
+    CHECK(times == std::vector<float>{0.0f, 0.1f, 0.2f});
+    const std::vector<float> turns = floats(channel(bones, "rotation").output);
+    const std::vector<float> shifts = floats(channel(bones, "translation").output);
+    const tinygltf::Primitive& bone = model.meshes[model.nodes[bones].mesh].primitives[0];
+    CHECK(bone.targets.empty());
+    const Points rest = rows(floats(bone.attributes.at("POSITION")));
+    for (int f = 0; f < 3; ++f) {
+        const Eigen::Quaterniond turn(turns[4 * f + 3], turns[4 * f], turns[4 * f + 1], turns[4 * f + 2]);
+        const Eigen::Vector3d shift(shifts[3 * f], shifts[3 * f + 1], shifts[3 * f + 2]);
+        const Points moved = (rest * turn.matrix().transpose()).rowwise() + shift.transpose();
+        CHECK((moved - sequence.frame(f)[1].vertices).cwiseAbs().maxCoeff() < 1e-5);
+        if (f > 0) {
+            float along = 0.0f;
+            for (int k = 0; k < 4; ++k) along += turns[4 * f + k] * turns[4 * f - 4 + k];
+            CHECK(along > 0.0f);
+        }
+    }
+
+    const int skin = node_of("skin");
+    const tinygltf::Mesh& mesh = model.meshes[model.nodes[skin].mesh];
+    REQUIRE(mesh.primitives[0].targets.size() == 2);
+    CHECK(mesh.weights == std::vector<double>{0.0, 0.0});
+    CHECK(floats(channel(skin, "weights").output) == std::vector<float>{0, 0, 1, 0, 0, 1});
+    for (int f = 1; f < 3; ++f) {
+        const std::map<std::string, int>& target = mesh.primitives[0].targets[f - 1];
+        const Points moved =
+            rows(floats(mesh.primitives[0].attributes.at("POSITION"))) + rows(floats(target.at("POSITION")));
+        CHECK((moved - sequence.frame(f)[0].vertices).cwiseAbs().maxCoeff() < 1e-6);
+        const Points normals =
+            rows(floats(mesh.primitives[0].attributes.at("NORMAL"))) + rows(floats(target.at("NORMAL")));
+        CHECK(normals.rowwise().norm().isApproxToConstant(1.0, 1e-5));
+    }
+    CHECK(exported_files("a.glb", 3) == std::vector<std::string>{"a.glb"});
+    CHECK(exported_files("a_{}.glb", 2) == std::vector<std::string>{"a_0.glb", "a_1.glb"});
 }

@@ -158,7 +158,7 @@ try:
         with h5py.File(f"{own}/squat/ndg.h5") as animation, h5py.File(f"{own}/squat/motion.h5") as motion:
             check(len(animation["deformations/vertices"]) == len(motion["poses/rotations"]) > 20,
                   "every pose of the motion is there")
-        for name in ("fit.png", "body.png", "section.png", "squat/ndg.png", "squat/ndg.obj", "squat/ndg.pc2"):
+        for name in ("fit.png", "body.png", "section.png", "squat/ndg.html", "squat/ndg.png", "squat/ndg.obj", "squat/ndg.pc2"):
             check(os.path.getsize(f"{own}/{name}") > 1000, f"{name} is there")
 
     # Every file kind, by a reader that is not ours.
@@ -257,6 +257,10 @@ try:
     with open(f"{out}/report/posed.glb", "rb") as file:
         magic, version, _, length, kind = struct.unpack("<4sIII4s", file.read(20))
         nodes = {n.get("name") for n in json.loads(file.read(length))["nodes"]}
+    check(os.path.getsize(f"{out}/report/page.html") > 500000, "the page is there")
+    if not data:  # tests/viewer looks at it in a browser
+        shutil.copy(f"{out}/report/page.html", f"{build}/page.html")
+        shutil.copy(f"{out}/report/motion.glb", f"{build}/motion.glb")
     check(magic == b"glTF" and version == 2 and {"skin", "muscle_wrap", "bone_wrap"} <= nodes, f"posed.glb has nodes {sorted(nodes)}")
 finally:
     shutil.rmtree(out, ignore_errors=True)

@@ -89,8 +89,8 @@ std::vector<std::string> exported_files(const std::string& path, int num_frames)
 {
     if (export_format(path).frames == Frames::one_file) return {path};
     if (path.find_first_of("{}") == std::string::npos) {
-        require_input(num_frames == 1, "{}: {} frames need the place of their number in the name, like {{:04}}", path,
-                      num_frames);
+        require_input(num_frames == 1 || export_format(path).frames == Frames::by_name,
+                      "{}: {} frames need the place of their number in the name, like {{:04}}", path, num_frames);
         return {path};
     }
     std::vector<std::string> files;
@@ -108,7 +108,8 @@ void export_meshes(const std::string& path, const MeshSequence& sequence)
     const ExportFormat& format = export_format(path);
     const std::vector<std::string> files = exported_files(path, sequence.num_frames);
     const MeshSequence whole = checked(path, sequence);
-    if (format.frames == Frames::one_file) return format.write(path, whole);
+    if (format.frames == Frames::one_file || (format.frames == Frames::by_name && files[0] == path))
+        return format.write(path, whole);
     MeshSequence single = whole;
     single.num_frames = 1;
     for (int i = 0; i < whole.num_frames; ++i) {

@@ -8,8 +8,9 @@
 
 namespace ndg {
 
-/// How a format keeps several frames: in files of their own, numbered by name, or in one file.
-enum class Frames { numbered_files, one_file };
+/// How a format keeps several frames: in files of their own, numbered by name, or in one file; or as the name says, in
+/// one file where it holds no place of a number.
+enum class Frames { numbered_files, one_file, by_name };
 
 /// A way to write meshes, chosen by the extension of the file name. The list is formats.def: a new format is a row
 /// there and a file that defines its writer.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Binary glTF 2.0: one named node, mesh and material a mesh, vertex normals, translucent meshes alpha-blended and drawn
-// last, vertex colours as COLOR_0, the credits as the asset's copyright.
+// last, vertex colours as COLOR_0, the credits as the asset's copyright. Several frames are an animation: of a mesh
+// that moves as a rigid body (a bone) its node's rotation and translation, of every other mesh a morph target a frame.
 #include "ndg/core/error.h"
 #include "ndg/core/file.h"
 #include "ndg/core/provenance.h"
@@ -8,6 +9,7 @@
 #include "ndg/geometry/triangle_mesh.h"
 
 #include <tiny_gltf.h>
+#include <Eigen/Geometry>
 
 #include <algorithm>
 #include <cstring>
@@ -28,7 +30,7 @@ int add_accessor(tinygltf::Model& model, const void* data, std::size_t bytes, in
     view.buffer = 0;
     view.byteOffset = buffer.size();
     view.byteLength = bytes;
-    view.target = target;
+    if (target != 0) view.target = target;
     buffer.resize(buffer.size() + bytes);
     std::memcpy(buffer.data() + view.byteOffset, data, bytes);
     tinygltf::Accessor accessor;
@@ -47,9 +49,8 @@ int add_float_rows(tinygltf::Model& model, const FloatRows& rows)
                         TINYGLTF_COMPONENT_TYPE_FLOAT, TINYGLTF_TYPE_VEC3, std::size_t(rows.rows()));
 }
 
-int add_positions(tinygltf::Model& model, const MeshFrame& frame)
+int add_positions(tinygltf::Model& model, const FloatRows& positions)
 {
-    const FloatRows positions = frame.vertices.cast<float>();
     const int index = add_float_rows(model, positions);
     tinygltf::Accessor& accessor = model.accessors[std::size_t(index)];
     for (int k = 0; k < 3; ++k) {
@@ -59,12 +60,12 @@ int add_positions(tinygltf::Model& model, const MeshFrame& frame)
     return index;
 }
 
-int add_normals(tinygltf::Model& model, const ExportedMesh& mesh, const MeshFrame& frame)
+FloatRows unit_normals(const ExportedMesh& mesh, const Points& vertices)
 {
-    FloatRows normals = vertex_normals(frame.vertices, mesh.triangles).cast<float>();
+    FloatRows normals = vertex_normals(vertices, mesh.triangles).cast<float>();
     for (Eigen::Index i = 0; i < normals.rows(); ++i)
         if (normals.row(i).squaredNorm() < 0.5f) normals.row(i) << 0.0f, 1.0f, 0.0f;  // glTF asks for unit length
-    return add_float_rows(model, normals);
+    return normals;
 }
 
 int add_indices(tinygltf::Model& model, const ExportedMesh& mesh)
@@ -96,13 +97,39 @@ tinygltf::Material make_material(const ExportedMesh& mesh, bool coloured)
     return material;
 }
 
-void add_mesh(tinygltf::Model& model, const ExportedMesh& exported, const MeshFrame& frame)
+/// Adds a node to the scene, below its group where it has one.
+int add_node(tinygltf::Model& model, const tinygltf::Node& node, const std::string& group)
+{
+    const auto add = [&](const tinygltf::Node& added) {
+        model.nodes.push_back(added);
+        return int(model.nodes.size()) - 1;
+    };
+    std::vector<int>& roots = model.scenes[0].nodes;
+    if (group.empty()) {
+        roots.push_back(add(node));
+        return roots.back();
+    }
+    auto parent = std::find_if(roots.begin(), roots.end(),
+                               [&](int k) { return model.nodes[k].name == group && model.nodes[k].mesh < 0; });
+    if (parent == roots.end()) {
+        tinygltf::Node group_node;
+        group_node.name = group;
+        roots.push_back(add(group_node));
+        parent = roots.end() - 1;
+    }
+    const int index = add(node);
+    model.nodes[*parent].children.push_back(index);
+    return index;
+}
+
+/// Returns the mesh's node.
+int add_mesh(tinygltf::Model& model, const ExportedMesh& exported, const MeshFrame& frame)
 {
     const bool coloured = frame.colours.rows() > 0;
     tinygltf::Primitive primitive;
     primitive.mode = TINYGLTF_MODE_TRIANGLES;
-    primitive.attributes["POSITION"] = add_positions(model, frame);
-    primitive.attributes["NORMAL"] = add_normals(model, exported, frame);
+    primitive.attributes["POSITION"] = add_positions(model, frame.vertices.cast<float>());
+    primitive.attributes["NORMAL"] = add_float_rows(model, unit_normals(exported, frame.vertices));
     if (coloured) primitive.attributes["COLOR_0"] = add_colours(model, frame);
     primitive.indices = add_indices(model, exported);
     primitive.material = int(model.materials.size());
@@ -113,10 +140,112 @@ void add_mesh(tinygltf::Model& model, const ExportedMesh& exported, const MeshFr
     tinygltf::Node node;
     node.name = exported.name;
     node.mesh = int(model.meshes.size());
+    if (exported.fma_id != 0)
+        node.extras = tinygltf::Value(tinygltf::Value::Object{{"fma_id", tinygltf::Value(exported.fma_id)}});
     model.meshes.push_back(mesh);
-    model.scenes[0].nodes.push_back(int(model.nodes.size()));
-    model.nodes.push_back(node);
+    return add_node(model, node, exported.group);
 }
+
+/// Adds what an animation reads: floats, `components` a keyframe, or a value alone.
+int add_keys(tinygltf::Model& model, const std::vector<float>& values, int type, int components)
+{
+    return add_accessor(model, values.data(), values.size() * sizeof(float), 0, TINYGLTF_COMPONENT_TYPE_FLOAT, type,
+                        values.size() / std::size_t(components));
+}
+
+/// The one animation of a file.
+class MotionWriter {
+public:
+    MotionWriter(tinygltf::Model& model, int num_frames, double frame_rate) : model_(model), num_frames_(num_frames)
+    {
+        animation_.name = "motion";
+        std::vector<float> times;
+        for (int f = 0; f < num_frames; ++f) times.push_back(float(f / frame_rate));
+        times_ = add_keys(model, times, TINYGLTF_TYPE_SCALAR, 1);
+        model.accessors[times_].minValues = {double(times.front())};
+        model.accessors[times_].maxValues = {double(times.back())};
+    }
+
+    /// `vertices`: of all frames; the node's mesh holds the first.
+    void add(int node, const ExportedMesh& mesh, const std::vector<Points>& vertices)
+    {
+        std::vector<Eigen::Isometry3d> motions;
+        if (is_rigid(vertices, motions))
+            add_rigid(node, motions);
+        else
+            add_targets(node, mesh, vertices);
+    }
+    void finish() { model_.animations.push_back(animation_); }
+
+private:
+    /// Rigid motions from the first frame by least squares (Umeyama 1991, without scale).
+    static bool is_rigid(const std::vector<Points>& vertices, std::vector<Eigen::Isometry3d>& motions)
+    {
+        constexpr double tolerance = 2e-5;  // m
+        const Eigen::Matrix3Xd first = vertices[0].transpose();
+        if (first.cols() < 3) return false;
+        for (const Points& frame : vertices) {
+            const Eigen::Matrix3Xd moved = frame.transpose();
+            Eigen::Isometry3d& motion = motions.emplace_back(Eigen::Isometry3d::Identity());
+            motion.matrix() = Eigen::umeyama(first, moved, false);
+            if ((motion * first - moved).colwise().norm().maxCoeff() > tolerance) return false;
+        }
+        return true;
+    }
+
+    void add_channel(int node, const char* path, int values)
+    {
+        tinygltf::AnimationSampler sampler;
+        sampler.input = times_;
+        sampler.output = values;
+        sampler.interpolation = "LINEAR";
+        tinygltf::AnimationChannel channel;
+        channel.sampler = int(animation_.samplers.size());
+        channel.target_node = node;
+        channel.target_path = path;
+        animation_.samplers.push_back(sampler);
+        animation_.channels.push_back(channel);
+    }
+
+    void add_rigid(int node, const std::vector<Eigen::Isometry3d>& motions)
+    {
+        std::vector<float> rotations, translations;
+        Eigen::Quaternionf before = Eigen::Quaternionf::Identity();
+        for (const Eigen::Isometry3d& motion : motions) {
+            Eigen::Quaternionf rotation(motion.linear().cast<float>());
+            rotation.normalize();
+            if (rotation.dot(before) < 0.0f) rotation.coeffs() *= -1.0f;  // players blend the shorter way
+            before = rotation;
+            rotations.insert(rotations.end(), rotation.coeffs().data(), rotation.coeffs().data() + 4);
+            for (int k = 0; k < 3; ++k) translations.push_back(float(motion.translation()[k]));
+        }
+        add_channel(node, "rotation", add_keys(model_, rotations, TINYGLTF_TYPE_VEC4, 4));
+        add_channel(node, "translation", add_keys(model_, translations, TINYGLTF_TYPE_VEC3, 3));
+    }
+
+    void add_targets(int node, const ExportedMesh& exported, const std::vector<Points>& vertices)
+    {
+        tinygltf::Mesh& mesh = model_.meshes[model_.nodes[node].mesh];
+        const FloatRows normals = unit_normals(exported, vertices[0]);
+        const int num_targets = num_frames_ - 1;
+        for (int f = 1; f < num_frames_; ++f)
+            mesh.primitives[0].targets.push_back(
+                {{"POSITION", add_positions(model_, (vertices[f] - vertices[0]).cast<float>())},
+                 {"NORMAL", add_float_rows(model_, unit_normals(exported, vertices[f]) - normals)}});
+        mesh.weights.assign(std::size_t(num_targets), 0.0);
+        if (weights_ < 0) {
+            // At frame f target f - 1 stands alone; at the first, none.
+            std::vector<float> weights(std::size_t(num_frames_ * num_targets), 0.0f);
+            for (int f = 1; f < num_frames_; ++f) weights[f * num_targets + f - 1] = 1.0f;
+            weights_ = add_keys(model_, weights, TINYGLTF_TYPE_SCALAR, 1);
+        }
+        add_channel(node, "weights", weights_);
+    }
+
+    tinygltf::Model& model_;
+    tinygltf::Animation animation_;
+    int num_frames_, times_ = -1, weights_ = -1;
+};
 
 }  // namespace
 
@@ -135,8 +264,19 @@ void write_glb(const std::string& path, const MeshSequence& sequence)
     model.scenes.resize(1);
     model.scenes[0].name = "body";
     model.defaultScene = 0;
-    const std::vector<MeshFrame> frames = sequence.frame(0);
-    for (const int k : order) add_mesh(model, sequence.meshes[k], frames[k]);
+    std::vector<std::vector<Points>> vertices(sequence.meshes.size());  // mesh, frame
+    std::vector<int> nodes(sequence.meshes.size());
+    for (int f = 0; f < sequence.num_frames; ++f) {
+        const std::vector<MeshFrame> frames = sequence.frame(f);
+        if (f == 0)
+            for (const int k : order) nodes[k] = add_mesh(model, sequence.meshes[k], frames[k]);
+        for (std::size_t k = 0; k < frames.size(); ++k) vertices[k].push_back(frames[k].vertices);
+    }
+    if (sequence.num_frames > 1) {
+        MotionWriter motion(model, sequence.num_frames, sequence.frame_rate);
+        for (const int k : order) motion.add(nodes[k], sequence.meshes[k], vertices[k]);
+        motion.finish();
+    }
     std::ostringstream stream;
     tinygltf::TinyGLTF writer;
     require(writer.WriteGltfSceneToStream(&model, stream, false, true), "{} could not be encoded as glTF", path);

@@ -20,6 +20,8 @@ struct ExportedMesh {
     float opacity = 1.0f;                                        ///< below 1 it is translucent
     float gloss = 0.15f;                                         ///< strength of the highlight, 0 to 1
     bool two_sided = true;                                       ///< also show triangles seen from behind
+    std::string group{};  ///< of meshes that belong together ("bones"); empty: none
+    int fma_id = 0;       ///< Foundational Model of Anatomy; 0 for none
 };
 
 /// One mesh in one frame.
