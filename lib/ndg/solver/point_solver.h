@@ -39,8 +39,6 @@ public:
     {
         return sizeof(float) * panels_.size() + sizeof(int) * (rows_.size() + unknown_at_.size());
     }
-    /// The panels, for measurements of how fast their memory can be read.
-    const std::vector<float>& panels() const { return panels_; }
 
 private:
     /// Columns of equal pattern, `num_columns` from `first_column` on. The rows of their panel are these columns, then
