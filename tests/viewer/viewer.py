@@ -160,6 +160,7 @@ def layers_and_parts(b):
     check(len(found) == 1 and found[0] in names, f"FMA {fma} is {found}")
     b.key("Enter", code="Enter")
     check(b.run("NdgViewer.state().selected") == found[0], "Enter selects it")
+    b.settle()
     b.click_on("#isolate")
     alone = drawn(shot(b, "isolated"))
     rows, columns = numpy.where(alone)
