@@ -36,9 +36,10 @@ def shot(browser, name):
 
 def picture(image):
     """The part of a screenshot that shows bodies: without panel, timeline and what lies over the picture's edges."""
-    return image[45:690, 0:970].astype(int)
+    return image[top:690, 0:970].astype(int)
 
 
+top = 66  # above it stand title and names of the methods
 background = numpy.array([243, 242, 239])
 
 
@@ -169,8 +170,8 @@ def layers_and_parts(b):
     vertices = data.anatomy("muscle", 0, 0)[begin:end]
     places = numpy.array(b.run(f"{json.dumps(vertices.tolist())}.map((p) => v.project(p, 0))"))
     low, high = places.min(axis=0), places.max(axis=0)
-    check(alone.any() and numpy.abs(numpy.array([columns.min(), rows.min() + 45]) - low).max() < 3 and
-          numpy.abs(numpy.array([columns.max(), rows.max() + 45]) - high).max() < 3, "isolated, it alone is drawn, where its vertices are")
+    check(alone.any() and numpy.abs(numpy.array([columns.min(), rows.min() + top]) - low).max() < 3 and
+          numpy.abs(numpy.array([columns.max(), rows.max() + top]) - high).max() < 3, "isolated, it alone is drawn, where its vertices are")
     b.click_on("#ghost")
     ghosts = drawn(shot(b, "ghosts"))
     check(b.run("NdgViewer.state().others") == "ghost" and ghosts.sum() > 5 * alone.sum(), "the rest is ghosted around it")
