@@ -20,9 +20,9 @@ PAGE_SAMPLES = --template $(OUT)/template.h5 --bodies $(OUT)/bodies.h5 --poses $
     --body $$(h5dump -y -w 1 -d /splits/test/bodies $(OUT)/splits.h5 | awk '/^ *[0-9]+,?$$/ { print $$1 + 0; exit }')
 
 $(PAGE)/fem.h5: $(OUT)/bodies.h5 $(OUT)/splits.h5 $(PAGE)/motion.h5 $(call OPTIONS_OF,simulate-fem)
-	$(STAGE) page-fem $(BIN)/simulate-fem $(RUN) $(PAGE_SAMPLES) --output $@
+	$(STAGE) page-fem $(BIN)/simulate-fem $(RUN) $(PAGE_SAMPLES) --min-converged 0.9 --output $@
 
-$(PAGE)/ndg.h5: $(OUT)/bodies.h5 $(OUT)/splits.h5 $(PAGE)/motion.h5 $(METHOD_FILES_ndg:--model=)
+$(PAGE)/ndg.h5: $(OUT)/bodies.h5 $(OUT)/splits.h5 $(PAGE)/motion.h5 $(filter-out --%,$(METHOD_FILES_ndg))
 	$(STAGE) page-ndg $(BIN)/animate $(RUN) --method ndg $(METHOD_FILES_ndg) $(ON_DEVICE) $(PAGE_SAMPLES) --output $@
 
 $(REPORT)/page.html: $(PAGE_METHODS:%=$(PAGE)/%.h5)

@@ -60,7 +60,7 @@ class Browser:
         message, self.buffer = self.buffer.split(b"\0", 1)
         return json.loads(message)
 
-    def call(self, method, timeout=120, **parameters):
+    def call(self, method, timeout=400, **parameters):
         self.count += 1
         message = {"id": self.count, "method": method, "params": parameters}
         if self.session:
@@ -95,14 +95,14 @@ class Browser:
         self.call("Page.navigate", url=url)
         self.wait("typeof NdgViewer === 'object' && (NdgViewer.state().problems.length > 0 || NdgViewer.state().times?.complete > 0)")
 
-    def run(self, expression, timeout=120):
+    def run(self, expression, timeout=400):
         """The value of an expression of JavaScript, promises awaited."""
         result = self.call("Runtime.evaluate", timeout, expression=expression, awaitPromise=True, returnByValue=True)
         if "exceptionDetails" in result:
             raise RuntimeError(f"{expression}: {json.dumps(result['exceptionDetails'])[:600]}")
         return result["result"].get("value")
 
-    def wait(self, expression, timeout=120):
+    def wait(self, expression, timeout=400):
         deadline = time.time() + timeout
         while not self.run(expression):
             if time.time() > deadline:

@@ -59,6 +59,17 @@ class PageData:
         return (1 - share) * carried + share * moved
 
     def layer_volume(self, layer, points):
+        return self.prism_volumes(layer, points).sum()
+
+    def skin_volume_change(self, points):
+        """Of all flesh that touches a vertex of the wraps, against rest."""
+        sums = []
+        for at in (points, self.rest()):
+            volumes = self.prism_volumes(0, at) + self.prism_volumes(1, at)
+            sums.append(numpy.bincount(self.tables["wrap_triangles"], numpy.repeat(volumes, 3)))
+        return sums[0] / sums[1] - 1
+
+    def prism_volumes(self, layer, points):
         """Of the muscle layer (0) or the fat layer (1), m^3, by Gauss points in each prism."""
         wrap, triangles = self.head["num_wrap"], self.tables["wrap_triangles"].reshape(-1, 3)
         begin = [0, self.head["num_common"], self.head["num_common"] + wrap]
@@ -70,7 +81,7 @@ class PageData:
             for a, b in ((1 / 6, 1 / 6), (2 / 3, 1 / 6), (1 / 6, 2 / 3)):
                 normal = numpy.cross(middle[:, 1] - middle[:, 0], middle[:, 2] - middle[:, 0])
                 up = (1 - a - b) * across[:, 0] + a * across[:, 1] + b * across[:, 2]
-                volume += (normal * up).sum() / 12
+                volume = volume + (normal * up).sum(axis=1) / 12
         return volume
 
     def skin_section_area(self, frame, method, axis, place):

@@ -36,9 +36,10 @@ def shot(browser, name):
 
 def picture(image):
     """The part of a screenshot that shows bodies: without panel, timeline and what lies over the picture's edges."""
-    return image[45:690, 0:970].astype(int)
+    return image[top:690, 0:970].astype(int)
 
 
+top = 66  # above it stand title and names of the methods
 background = numpy.array([243, 242, 239])
 
 
@@ -87,11 +88,11 @@ def loads_and_plays(b):
     b.run("new Promise((resolve) => setTimeout(resolve, 400))")
     check(b.run("NdgViewer.state().frame") == frame and not b.run("NdgViewer.state().playing"), "it plays and pauses")
     box = b.run("(() => { const r = document.querySelector('#scrubber').getBoundingClientRect(); return [r.x, r.y, r.width, r.height]; })()")
-    b.click(box[0] + box[2] / 2, box[1] + box[3] / 2)
-    check(abs(b.run("NdgViewer.state().frame") - last / 2) <= max(1, 0.02 * last), "the scrubber goes to the middle")
+    b.click(box[0] + box[2] / 3, box[1] + box[3] / 2)
+    check(abs(b.run("NdgViewer.state().frame") - last / 3) <= max(1, 0.02 * last), "the scrubber goes to where it is clicked")
     check(box[2] > 800, "and is as wide as the window allows")
-    middle = shot(b, "middle")
-    check((drawn(middle) != shown).mean() > 0.02, "where the body has another pose")
+    bent = shot(b, "bent")
+    check((drawn(bent) != shown).mean() > 0.02, "where the body has another pose")
     b.click_on("#on")
     b.click_on("#on")
     b.click_on("#back")
@@ -127,7 +128,7 @@ def numbers_are_right(b):
     b.run("v.setColour('volume')")
     b.settle()
     own = numpy.array(b.run("Array.from(v.shapeOf(1).points)")).reshape(-1, 4)[head["num_common"] + head["num_wrap"]:, 3][:head["num_wrap"]]
-    check(-0.9 < own.min() < -0.01 < 0.01 < own.max() < 3, f"volume changes at the skin go from {100 * own.min():.0f} to {100 * own.max():.0f} %")
+    check(numpy.abs(own - data.skin_volume_change(data.points(f, 1))).max() < 1e-3, f"volume changes at the skin go from {100 * own.min():.0f} to {100 * own.max():.0f} %")
     b.run("v.setColour('stretch')")
     b.settle()
     stretch = numpy.array(b.run("Array.from(v.shapeOf(1).points)")).reshape(-1, 4)[head["num_common"]:, 3][:2 * head["num_wrap"]]
@@ -160,6 +161,7 @@ def layers_and_parts(b):
     check(len(found) == 1 and found[0] in names, f"FMA {fma} is {found}")
     b.key("Enter", code="Enter")
     check(b.run("NdgViewer.state().selected") == found[0], "Enter selects it")
+    b.settle()
     b.click_on("#isolate")
     alone = drawn(shot(b, "isolated"))
     rows, columns = numpy.where(alone)
@@ -168,8 +170,8 @@ def layers_and_parts(b):
     vertices = data.anatomy("muscle", 0, 0)[begin:end]
     places = numpy.array(b.run(f"{json.dumps(vertices.tolist())}.map((p) => v.project(p, 0))"))
     low, high = places.min(axis=0), places.max(axis=0)
-    check(alone.any() and numpy.abs(numpy.array([columns.min(), rows.min() + 45]) - low).max() < 3 and
-          numpy.abs(numpy.array([columns.max(), rows.max() + 45]) - high).max() < 3, "isolated, it alone is drawn, where its vertices are")
+    check(alone.any() and numpy.abs(numpy.array([columns.min(), rows.min() + top]) - low).max() < 3 and
+          numpy.abs(numpy.array([columns.max(), rows.max() + top]) - high).max() < 3, "isolated, it alone is drawn, where its vertices are")
     b.click_on("#ghost")
     ghosts = drawn(shot(b, "ghosts"))
     check(b.run("NdgViewer.state().others") == "ghost" and ghosts.sum() > 5 * alone.sum(), "the rest is ghosted around it")

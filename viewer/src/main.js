@@ -53,7 +53,7 @@ function captions(view) {
       caption.hidden = !box;
       if (!box) return;
       caption.textContent = viewer.recording.head.methods[viewer.methods[slot]];
-      Object.assign(caption.style, { left: `${box.x + box.width / 2}px`, top: `${viewer.height - box.y - box.height + (viewer.width < 700 ? 38 : 10)}px` });
+      Object.assign(caption.style, { left: `${box.x + box.width / 2}px`, top: `${viewer.height - box.y - box.height + 36}px` });
     });
   };
   viewer.addEventListener('rendered', place);

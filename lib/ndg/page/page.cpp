@@ -290,11 +290,14 @@ CarriedAnatomy carriers(const BodyPoser& poser, const PageMotion& motion)
 {
     std::vector<PosedBody> frames;
     std::vector<Points> volumes;
-    const int num_frames = int(motion.poses.size()), count = std::min(num_frames, max_fit_frames);
+    const int num_frames = int(motion.poses.size()), num_methods = int(motion.methods.size());
+    const int count = std::min(num_frames, std::max(2, max_fit_frames / num_methods));
     for (int k = 0; k < count; ++k) {
         const int f = count == 1 ? 0 : k * (num_frames - 1) / (count - 1);
-        frames.push_back(poser.pose(*motion.body, motion.poses[f]));
-        volumes.push_back(motion.methods[0].volume(f));
+        for (const PageMethod& method : motion.methods) {
+            frames.push_back(poser.pose(*motion.body, motion.poses[f]));
+            volumes.push_back(method.volume(f));
+        }
     }
     return find_carriers(frames, volumes, carrier_tolerance);
 }
