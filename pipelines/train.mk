@@ -35,8 +35,9 @@ AVERAGED = --weight-average 0.998
 TRAIN_fixed-basis = --parametrisation direct --output-basis 600 --epochs 60 $(AVERAGED)
 # Twenty regions, of a twentieth of the flesh each: small networks.
 TRAIN_regional = --region-reach 3 --widths 256,256,64
-TRAIN_regional-fixed-basis = --region-reach 3 --widths 256,256 --parametrisation direct --output-basis 64 --epochs 60 \
-    $(AVERAGED)
+TRAIN_regional-fixed-basis = --region-reach 3 $(or $(REGIONAL_BASIS_$(PRESET)),--widths 256,256 --output-basis 64) \
+    --parametrisation direct --epochs 60 $(AVERAGED)
+REGIONAL_BASIS_desk = --widths 384,384 --output-basis 192
 TRAIN_averaged = $(AVERAGED)
 TRAIN_regional-averaged = $(TRAIN_regional) $(AVERAGED)
 TRAIN_vertexnet-regional = --output-space vertex-offsets --output-basis 64 --output-basis-variance 0.995 --region-reach 3 \
