@@ -58,7 +58,9 @@ int main(int argc, char** argv)
                        row.method, row.intersecting_frames, row.frames, row.protruding_frames, row.protrusion_mm,
                        row.max_protrusion_mm, row.deepest);
             if (!row.intersecting_parts.empty())
-                fmt::print("  most frames: {}\n", fmt::join(most_frequent(row.intersecting_parts), ", "));
+                fmt::print("  cross in most frames: {}\n", fmt::join(most_frequent(row.intersecting_parts), ", "));
+            if (!row.protruding_parts.empty())
+                fmt::print("  stick out in most frames: {}\n", fmt::join(most_frequent(row.protruding_parts), ", "));
         };
         for (const ProtrusionRow& row : table.rows) print(row);
         for (const ProtrusionRow& row : external) print(row);

@@ -89,7 +89,16 @@ TEST_CASE("What is excluded counts neither as skin nor as anatomy")
     skin.compared.assign(skin.compared.size(), 0);
     const FrameProtrusion no_skin = frame_protrusion(skin, out.vertices, out.triangles);
     CHECK(no_skin.intersecting.empty());
-    CHECK(no_skin.protruding_vertices > 0);  // the whole skin says what is inside
+    CHECK(no_skin.protruding_vertices == 0);
+    // A neck's bone beside a mouth: only what comes out through the compared half counts, and the whole skin says that.
+    for (const double side : {1.0, -1.0}) {
+        FrameSkin half = ball();
+        for (Eigen::Index t = 0; t < half.triangles.rows(); ++t)
+            half.compared[t] = side * half.vertices.row(half.triangles(t, 0)).dot(half.vertices.row(0)) > 0;
+        const FrameProtrusion frame = frame_protrusion(half, out.vertices, out.triangles);
+        CHECK((frame.protruding_vertices > 0) == (side > 0));
+        CHECK(frame.intersecting.empty() == (side < 0));
+    }
     const FrameProtrusion no_bone = frame_protrusion(ball(), out.vertices, Triangles(0, 3));
     CHECK(no_bone.intersecting.empty());
     CHECK(no_bone.protruding_vertices == 0);
@@ -113,17 +122,18 @@ TEST_CASE("Rows are shares of frames, and the mean distance of all vertices outs
 {
     ProtrusionSum sum("X");
     CHECK_THROWS_AS(sum.row(), Error);
-    sum.add({{}, 0, 0, 0, -1}, "", {});
-    sum.add({{4, 8}, 0, 0, 0, -1}, "", {"a rib"});
-    sum.add({{1}, 3, 6.0, 3.0, 7}, "a rib", {"a rib", "a toe"});
-    sum.add({{2}, 1, 4.0, 4.0, 9}, "a toe", {"a rib"});
+    sum.add({{}, 0, 0, 0, -1}, "frame 0", "", {});
+    sum.add({{4, 8}, 0, 0, 0, -1}, "frame 1", "", {"a rib"});
+    sum.add({{1}, 3, 6.0, 3.0, 7}, "frame 2", "a rib", {"a rib", "a toe"});
+    sum.add({{2}, 1, 4.0, 4.0, 9}, "frame 3", "a toe", {"a rib"});
     const ProtrusionRow row = sum.row();
     CHECK(row.frames == 4);
     CHECK(row.intersecting_frames == 75);
     CHECK(row.protruding_frames == 50);
     CHECK(row.protrusion_mm == 2.5);
     CHECK(row.max_protrusion_mm == 4);
-    CHECK(row.deepest == "a toe");
+    CHECK(row.deepest == "a toe of frame 3");
+    CHECK(row.protruding_parts == std::map<std::string, int>{{"a rib", 1}, {"a toe", 1}});
     CHECK(row.intersecting_parts == std::map<std::string, int>{{"a rib", 3}, {"a toe", 1}});
 }
 

@@ -134,7 +134,7 @@ ProtrusionTable body_protrusion(const Template& body_template, const BodySet& bo
             }
             for (std::size_t f = 0; f < files.size(); ++f) {
                 const FrameProtrusion frame = measured.posed(posed, anatomy_rest, files[f].set.points(samples[f][i]));
-                sums[f].add(frame, fmt::format("{} of {}", measured.deepest_part(frame), describe(pairs[i])),
+                sums[f].add(frame, describe(pairs[i]), measured.deepest_part(frame),
                             measured.intersecting_parts(frame));
             }
         }

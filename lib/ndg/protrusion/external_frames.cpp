@@ -117,10 +117,10 @@ ProtrusionRow external_protrusion(const std::string& method, const std::string& 
             if (!one.intersecting.empty()) intersecting.insert(tissue);
             frame.protruding_vertices += one.protruding_vertices;
             frame.depth_sum_mm += one.depth_sum_mm;
-            if (one.max_depth_mm > frame.max_depth_mm) deepest = tissue + " of frame " + name;
+            if (one.max_depth_mm > frame.max_depth_mm) deepest = tissue;
             frame.max_depth_mm = std::max(frame.max_depth_mm, one.max_depth_mm);
         }
-        sum.add(frame, deepest, intersecting);
+        sum.add(frame, "frame " + name, deepest, intersecting);
         progress.advance();
     }
     return sum.row();

@@ -64,7 +64,9 @@ FrameProtrusion frame_protrusion(const FrameSkin& skin, const Eigen::Ref<const P
     for (int v = 0; v < num_vertices; ++v) {
         if (!outside[v]) continue;
         if (!surface) surface.emplace(skin.vertices, skin.triangles);
-        const double depth_mm = 1e3 * surface->closest(inside_vertices.row(v).transpose()).distance;
+        const auto nearest = surface->closest(inside_vertices.row(v).transpose());
+        if (!skin.compared[nearest.triangle_idx]) continue;
+        const double depth_mm = 1e3 * nearest.distance;
         ++frame.protruding_vertices;
         frame.depth_sum_mm += depth_mm;
         if (frame.deepest_vertex < 0 || depth_mm > frame.max_depth_mm) frame.deepest_vertex = v;
@@ -73,7 +75,8 @@ FrameProtrusion frame_protrusion(const FrameSkin& skin, const Eigen::Ref<const P
     return frame;
 }
 
-void ProtrusionSum::add(const FrameProtrusion& frame, const std::string& deepest, const std::set<std::string>& parts)
+void ProtrusionSum::add(const FrameProtrusion& frame, const std::string& sample, const std::string& deepest,
+                        const std::set<std::string>& parts)
 {
     ++row_.frames;
     intersecting_ += !frame.intersecting.empty();
@@ -81,8 +84,10 @@ void ProtrusionSum::add(const FrameProtrusion& frame, const std::string& deepest
     protruding_ += frame.protruding_vertices > 0;
     vertices_ += frame.protruding_vertices;
     depth_sum_mm_ += frame.depth_sum_mm;
-    if (frame.protruding_vertices > 0 && (row_.deepest.empty() || frame.max_depth_mm > row_.max_protrusion_mm)) {
-        row_.deepest = deepest;
+    if (frame.protruding_vertices == 0) return;
+    ++row_.protruding_parts[deepest];
+    if (row_.deepest.empty() || frame.max_depth_mm > row_.max_protrusion_mm) {
+        row_.deepest = deepest + " of " + sample;
         row_.max_protrusion_mm = frame.max_depth_mm;
     }
 }

@@ -11,11 +11,12 @@
 
 namespace ndg {
 
-/// The skin of one frame. A protruding point is one whose winding number in the whole closed skin is below a half.
+/// The skin of one frame. A protruding point is one whose winding number in the whole closed skin is below a half and
+/// whose nearest triangle is compared: what comes into the mouth of a head's skin, say, does not count.
 struct FrameSkin {
     Points vertices;             ///< N_s x 3, m
     Triangles triangles;         ///< closed, outward
-    std::vector<char> compared;  ///< of each triangle, whether its crossings count: neither head nor hands nor toes
+    std::vector<char> compared;  ///< of each triangle, whether what passes it counts: neither head nor hands nor toes
 };
 
 /// How what lies inside meets the skin in one frame.
@@ -42,14 +43,17 @@ struct ProtrusionRow {
     double max_protrusion_mm = 0;
     std::string deepest;                            ///< what sticks out deepest, in words; empty for nothing
     std::map<std::string, int> intersecting_parts;  ///< bone, muscle or tissue -> frames in which it crosses the skin
+    std::map<std::string, int> protruding_parts;    ///< the same -> frames in which it sticks out deepest
 };
 
 /// Adds frames up to a row.
 class ProtrusionSum {
 public:
     explicit ProtrusionSum(std::string method) { row_.method = std::move(method); }
-    /// `deepest`: what the frame's deepest vertex belongs to; `parts`: what its crossing triangles belong to.
-    void add(const FrameProtrusion& frame, const std::string& deepest, const std::set<std::string>& parts);
+    /// `sample`: the frame in words; `deepest`: bone, muscle or tissue of its deepest vertex; `parts`: those of its
+    /// crossing triangles.
+    void add(const FrameProtrusion& frame, const std::string& sample, const std::string& deepest,
+             const std::set<std::string>& parts);
     /// Throws Error where no frame was added.
     ProtrusionRow row() const;
 

@@ -30,7 +30,8 @@ std::string protrusion_json(const ProtrusionTable& table, const std::vector<Prot
                                       {"max_protrusion_mm", row.max_protrusion_mm},
                                       {"frames", row.frames},
                                       {"deepest", row.deepest},
-                                      {"intersecting_parts", most_frequent(row.intersecting_parts)}};
+                                      {"intersecting_parts", most_frequent(row.intersecting_parts)},
+                                      {"protruding_parts", most_frequent(row.protruding_parts)}};
     };
     for (const ProtrusionRow& row : table.rows) add(row);
     for (const ProtrusionRow& row : external) add(row);
