@@ -47,6 +47,9 @@ ndg_external(catch2 INCLUDES ${CATCH2_INCLUDE_DIR})
 if(NDG_WITH_TORCH)
   find_package(Torch REQUIRED)
   ndg_external(torch INCLUDES ${TORCH_INCLUDE_DIRS} LIBRARIES ${TORCH_LIBRARIES})
+  # PyTorch's own builds of libtorch export std::filesystem out of a static libstdc++, which does not work from outside
+  # (remove_all jumps to address 0). The system's libstdc++ must be loaded, and its symbols be found, before them.
+  target_link_options(ndg_external_torch INTERFACE "LINKER:--push-state,--no-as-needed" -lstdc++ "LINKER:--pop-state")
   # The library that Debian's libtorch links: oneDNN, for products in float32 and bfloat16. A libtorch with CUDA brings
   # one of its own, beside which it must not be linked.
   if(NOT TORCH_CUDA_LIBRARIES)
