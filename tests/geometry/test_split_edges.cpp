@@ -32,3 +32,28 @@ TEST_CASE("Splitting long edges keeps a surface closed, its area, its volume and
     CHECK(triangle_areas(points, triangles).sum() == Approx(area).epsilon(1e-12));
     CHECK((attributes.col(3) - points * Eigen::Vector3d(1, 2, 3)).cwiseAbs().maxCoeff() < 1e-12);
 }
+
+TEST_CASE("A rule of the place splits edges there and leaves others as they are")
+{
+    // A strip of squares of one metre along x, each of two triangles; edges beyond x = 5 must be shorter than 0.4.
+    RowMatrix attributes(22, 3);
+    Triangles triangles(20, 3);
+    for (int i = 0; i <= 10; ++i) attributes.middleRows(2 * i, 2) << i, 0, 0, i, 1, 0;
+    for (int i = 0; i < 10; ++i)
+        triangles.middleRows(2 * i, 2) << 2 * i, 2 * i + 2, 2 * i + 1, 2 * i + 1, 2 * i + 2, 2 * i + 3;
+    const double area = triangle_areas(Points(attributes), triangles).sum();
+    split_edges(attributes, triangles, [](const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+        return (a - b).norm() > 0.4 && 0.5 * (a + b).x() > 5;
+    });
+    const Points points = attributes;
+    CHECK(triangle_areas(points, triangles).sum() == Approx(area).epsilon(1e-12));
+    int far = 0;
+    for (const MeshEdge& edge : mesh_edges(triangles, static_cast<int>(points.rows()))) {
+        const Eigen::RowVector3d middle = 0.5 * (points.row(edge.v0) + points.row(edge.v1));
+        const double length = (points.row(edge.v0) - points.row(edge.v1)).norm();
+        if (middle.x() > 5) CHECK(length <= 0.4);
+        if (middle.x() < 4) CHECK(length >= 1.0);
+        far += middle.x() > 5;
+    }
+    CHECK(far > 100);
+}

@@ -32,15 +32,23 @@ void check_made(const Template& made, const ParametricSurface& own, const Parame
 
     // Muscles bend with the flesh: long triangles would cut across folds of the skin. Bringing muscles under the skin
     // stretches edges a little.
+    const TriangleTree skin(made.rest.skin_vertices, made.skin_triangles);
     double longest = 0.0;
+    int edges = 0, long_for_their_depth = 0;
     for (const AnatomyPart& part : made.anatomy_parts)
         for (int t = part.triangle_begin; part.layer == AnatomyLayer::muscle && t < part.triangle_end; ++t)
-            for (int k = 0; k < 3; ++k)
-                longest = std::max(longest, (made.anatomy_vertices.row(made.anatomy_triangles(t, k)) -
-                                             made.anatomy_vertices.row(made.anatomy_triangles(t, (k + 1) % 3)))
-                                                .norm());
+            for (int k = 0; k < 3; ++k) {
+                const Eigen::Vector3d a = made.anatomy_vertices.row(made.anatomy_triangles(t, k)).transpose();
+                const Eigen::Vector3d b = made.anatomy_vertices.row(made.anatomy_triangles(t, (k + 1) % 3)).transpose();
+                const double length = (a - b).norm();
+                longest = std::max(longest, length);
+                ++edges;
+                long_for_their_depth += length > 1.1 * TemplateOptions().shallow_muscle_edge &&
+                                        length > 1.1 * 1.5 * skin.closest(0.5 * (a + b)).distance;
+            }
     CHECK(longest > 0.010);
     CHECK(longest < 1.1 * TemplateOptions().muscle_edge);
+    CHECK(long_for_their_depth < 0.002 * edges);
 
     // The template's own skin comes back from the source, its joints too.
     const Skin again = skin_on_template(made, own, "again");

@@ -17,14 +17,15 @@ double squared_edge(const RowMatrix& attributes, int a, int b)
     return (attributes.row(a).head<3>() - attributes.row(b).head<3>()).squaredNorm();
 }
 
-/// Splits every edge longer than `length` once, at its middle; triangles into two, three or four. Returns whether any.
-bool split_round(RowMatrix& attributes, Triangles& triangles, double length)
+/// Splits every edge that the rule names once, at its middle; triangles into two, three or four. Returns whether any.
+bool split_round(RowMatrix& attributes, Triangles& triangles, const SplitsEdge& splits)
 {
     std::map<std::pair<int, int>, int> middles;
     for (Eigen::Index t = 0; t < triangles.rows(); ++t) {
         for (int k = 0; k < 3; ++k) {
             const int a = triangles(t, k), b = triangles(t, (k + 1) % 3);
-            if (squared_edge(attributes, a, b) > length * length) middles.emplace(std::minmax(a, b), -1);
+            if (splits(attributes.row(a).head<3>().transpose(), attributes.row(b).head<3>().transpose()))
+                middles.emplace(std::minmax(a, b), -1);
         }
     }
     if (middles.empty()) return false;
@@ -81,7 +82,14 @@ bool split_round(RowMatrix& attributes, Triangles& triangles, double length)
 
 void split_long_edges(RowMatrix& attributes, Triangles& triangles, double length)
 {
-    for (int round = 0; round < max_rounds && split_round(attributes, triangles, length); ++round) {
+    split_edges(attributes, triangles, [length](const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+        return (a - b).squaredNorm() > length * length;
+    });
+}
+
+void split_edges(RowMatrix& attributes, Triangles& triangles, const SplitsEdge& splits)
+{
+    for (int round = 0; round < max_rounds && split_round(attributes, triangles, splits); ++round) {
     }
 }
 

@@ -33,19 +33,29 @@ TemplateSource checked_source(TemplateSource source)
     return source;
 }
 
-/// Only vertices are embedded: a triangle longer than a fold is wide would cut across it and out of the skin.
-void split_muscles(std::vector<AnatomyMesh>& anatomy, double longest)
+constexpr double longest_over_depth = 1.5;  ///< edges of muscles over their distance to the skin
+
+/// Only vertices are embedded: a triangle longer than a fold is wide would cut across it and out of the skin, the
+/// sooner the nearer it is to the skin.
+void split_muscles(const TriangleTree& skin, const TemplateOptions& options, std::vector<AnatomyMesh>& anatomy)
 {
+    const double longest = options.muscle_edge, shallow = options.shallow_muscle_edge;
+    const auto splits = [&](const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+        const double length = (a - b).norm();
+        if (length <= shallow) return false;
+        return length > longest || length > longest_over_depth * skin.closest(0.5 * (a + b)).distance;
+    };
     Eigen::Index before = 0, after = 0;
     for (AnatomyMesh& mesh : anatomy) {
         if (mesh.layer != AnatomyLayer::muscle) continue;
         before += mesh.vertices.rows();
         RowMatrix vertices = mesh.vertices;
-        split_long_edges(vertices, mesh.triangles, longest);
+        split_edges(vertices, mesh.triangles, splits);
         mesh.vertices = vertices;
         after += mesh.vertices.rows();
     }
-    log_info("muscles: {} vertices, {} before edges over {:.0f} mm were split", after, before, 1e3 * longest);
+    log_info("muscles: {} vertices, {} before edges over {:.0f} mm were split, near the skin over {:.0f} mm", after,
+             before, 1e3 * longest, 1e3 * shallow);
 }
 
 /// Skin vertices as barycentric points on the source surface, and what they inherit from there. Returns the dense
@@ -230,6 +240,10 @@ void describe(OptionList& list, TemplateOptions& options)
     list.add("keep-ratio", options.keep_ratio, "share of triangles kept on head, hands and toes", 0.01, 1);
     list.add("move-limit", options.move_limit, "m", 0, 0.02).no_flag();
     list.add("muscle-edge", options.muscle_edge, "longest edge of muscles, m", 0.002, 1);
+    list.add(
+        "shallow-muscle-edge", options.shallow_muscle_edge,
+        "edges of muscles longer than this are split too where they are over 1.5 times as long as deep in the skin, m",
+        0.002, 1);
     describe(list, options.cover);
     describe(list, options.wraps);
 }
@@ -258,7 +272,7 @@ Template make_template(const TemplateSource& given, const TemplateOptions& optio
              result.skin_triangles.rows(), result.num_wrap_vertices(), result.wrap_triangles.rows());
 
     std::vector<AnatomyMesh> anatomy = source.anatomy;
-    split_muscles(anatomy, options.muscle_edge);
+    split_muscles(TriangleTree(result.rest.skin_vertices, result.skin_triangles), options, anatomy);
     const CoverReport cover = cover_with_skin(result.rest.skin_vertices, result.skin_triangles, anatomy, options.cover);
     log_info(
         "cover: least depth of bones {:.1f} mm ({}), of muscles {:.1f} mm ({}); {} vertices moved, at most {:.1f} mm",
