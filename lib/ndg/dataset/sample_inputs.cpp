@@ -42,7 +42,7 @@ void SampleInputs::read()
 {
     body_template = read_template(template_path_);
     bodies = read_bodies(bodies_path_, body_template);
-    poses = other_poses() ? make_poses_(body_template) : read_poses(poses_path_);
+    poses = has_pose_file() ? read_poses(poses_path_) : make_poses_(body_template);
     if (with_splits_) read_splits_or_body();
     if (!with_samples_) return;
     samples.pairs = splits.pairs.at(split);
@@ -52,8 +52,8 @@ void SampleInputs::read()
 
 void SampleInputs::read_splits_or_body()
 {
-    require_input(!other_poses() || splits_path_.empty(), "--splits goes with --poses");
-    const bool all_bodies = other_poses() && body_idx_ < 0;
+    require_input(has_pose_file() || splits_path_.empty(), "--splits goes with --poses");
+    const bool all_bodies = !has_pose_file() && body_idx_ < 0;
     require_input(all_bodies || splits_path_.empty() != (body_idx_ < 0),
                   "give either --splits or --body, not both or none");
     require_input(pose_idx_ < 0 || body_idx_ >= 0, "--pose goes with --body");
@@ -64,7 +64,7 @@ void SampleInputs::read_splits_or_body()
     }
     require_input(body_idx_ < num_bodies, "{}: has {} bodies, --body is {}", bodies_path_, num_bodies, body_idx_);
     require_input(pose_idx_ < poses.size(), "{}: has {} poses, --pose is {}",
-                  other_poses() ? "the motion" : poses_path_, poses.size(), pose_idx_);
+                  has_pose_file() ? poses_path_ : "the motion", poses.size(), pose_idx_);
     for (const std::string& name : split_names) splits.pairs[name];
     for (int i = 0; i < poses.size(); ++i)
         if (pose_idx_ < 0 || i == pose_idx_) splits.poses[split].push_back(i);

@@ -40,10 +40,10 @@ public:
     std::string split = "test";  ///< of `samples`
     SampleIndex samples;         ///< without a method; none where add_samples was not called
     bool by_body() const { return body_idx_ >= 0; }
+    bool has_pose_file() const { return !poses_path_.empty(); }
 
 private:
     void read_splits_or_body();
-    bool other_poses() const { return poses_path_.empty(); }
 
     std::string template_path_, bodies_path_, poses_path_, splits_path_;
     std::function<PoseSet(const Template&)> make_poses_;

@@ -94,6 +94,7 @@ private:
         RetargetReport report;
         PoseSet added = retarget_clip(clip, *map, joint_positions_, options_.retarget, report);
         if (options_.interpolate) added = resample_poses(added, frame_rate_);
+        report.num_poses = added.size();
         report.path = file.path;
         report.metres_per_unit = found.metres_per_unit;
         report.unit_from = found.unit_from;
