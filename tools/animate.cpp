@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ndg/deform/animate.h"
+#include "ndg/body/stored_pose.h"
 #include "ndg/core/error.h"
 #include "ndg/core/file.h"
 #include "ndg/core/interrupt.h"
@@ -75,6 +76,7 @@ int main(int argc, char** argv)
         ImportedMotions imported = import_motions(motions, import_options, body_template.rest.joint_positions,
                                                   [](const std::string& line) { fmt::print("{}\n", line); });
         licences = imported.licences;
+        for (Pose& pose : imported.poses.poses) pose = as_stored(pose);
         return std::move(imported.poses);
     });
     motions.add(tool, false);
