@@ -108,7 +108,8 @@ def check_animate(source, build, folder, check):
     check(frames == int(39 / 40 * 100 + 1e-4) + 1, f"a second of motion has 98 frames at 100 Hz ({frames})")
     done("import-motion", body[0], known, f"--motion={out}/move.bvh", "--frame-rate=0", f"--output={out}/plain.h5")
     done("import-motion", body[0], known, f"--motion={out}/move.bvh", "--frame-rate=0", "--interpolate", f"--output={out}/filled.h5")
-    check(differing_dataset(f"{out}/plain.h5", f"{out}/filled.h5") == "", "frames of a file stay as they are where none is missing")
+    with h5py.File(f"{out}/plain.h5") as plain, h5py.File(f"{out}/filled.h5") as filled:
+        check((plain["poses/rotations"][:] == filled["poses/rotations"][:]).all(), "poses of a file stay as they are where none is missing")
     # What moves smoothly lies between its neighbours where frames are put in between.
     every = [f"--motion={out}/move.bvh", own, *skinned, *body, "--body=0"]
     done("animate", *every, f"--output={out}/at-40.h5")
@@ -125,8 +126,8 @@ def check_animate(source, build, folder, check):
     done("animate", *every, "--frame-rate=10", "--surface=skin", "--count=2", "--height=150",
          *[f"{flag}={out}/{name}" for flag, name in zip(shown, names)])
     done("import-motion", body[0], own, f"--motion={out}/move.bvh", "--frame-rate=10", "--interpolate", f"--output={out}/ten.h5")
-    done("animate", *body, "--body=0", *skinned, f"--poses={out}/ten.h5", f"--output={out}/lbs.h5")
-    done("export-scene", *body, f"--poses={out}/ten.h5", f"--deformations={out}/lbs.h5", "--sample=0", "--frames=0", "--surface=skin",
+    done("animate", *body, "--body=0", *skinned, f"--poses={out}/ten.h5", f"--output={out}/ten-lbs.h5")
+    done("export-scene", *body, f"--poses={out}/ten.h5", f"--deformations={out}/ten-lbs.h5", "--sample=0", "--frames=0", "--surface=skin",
          "--picture-kind=frames", "--count=2", "--height=150", *[f"{flag}={out}/steps-{name}" for flag, name in zip(shown, names)])
     for name in names:
         with open(f"{out}/{name}", "rb") as one, open(f"{out}/steps-{name}", "rb") as other:

@@ -82,7 +82,8 @@ private:
         MotionClip clip = read_motion(file);
         const JointMap* map = find_joint_map(maps_, clip);
         if (map == nullptr) {
-            require_input(file.from_folder, "{}: no joint map fits its joints, {} lacks \"{}\"", file.path,
+            require_input(file.from_folder,
+                          "{}: no joint map fits its joints, {} lacks \"{}\" (propose-joint-map writes one)", file.path,
                           maps_.front().path, missing_source_joint(maps_.front(), clip));
             tell_(fmt::format("skipped {}: no joint map fits its joints", file.path));
             ++result_.num_unmapped;
