@@ -21,6 +21,7 @@ if data == "":
     sys.exit(77)
 import h5py  # noqa: E402  (Debian's python3-h5py)
 import numpy  # noqa: E402
+from animate import check_animate  # noqa: E402
 
 failures = []
 
@@ -160,6 +161,9 @@ try:
             check(len(animation["deformations/vertices"]) == frames > 20, "every frame of the motion is there")
         for name in ("fit.png", "body.png", "section.png", "squat/ndg.html", "squat/ndg.png", "squat/ndg.obj", "squat/ndg.pc2"):
             check(os.path.getsize(f"{own}/{name}") > 1000, f"{name} is there")
+
+        # Motion files, straight into animate, by every method.
+        check_animate(source, build, out, check)
 
     # Every file kind, by a reader that is not ours.
     kinds = {"template": "ndg-template", "skins": "ndg-skins", "bodies": "ndg-bodies", "motion": "ndg-poses",
