@@ -62,13 +62,15 @@ void MotionDisplay::write(const SampleInputs& inputs, const DeformationSet& defo
     const BodyPoser poser(body_template, deformed.posing);
     RestCache rest(body_template);
     if (!mesh.empty()) {
+        const bool shows_anatomy = surface != "skin" && surface != "muscle_wrap" && surface != "bone_wrap";
         MeshSequence sequence = body_meshes(body_template, surface, settings, deformed.size(), [&](int frame_idx) {
             const SamplePair& pair = deformed.pairs[frame_idx];
             const Body& body = inputs.bodies.bodies[pair.body_idx];
             const PosedBody posed = poser.pose(body, inputs.poses.poses[pair.pose_idx], pair);
             const Points volume = deformed_points(deformed, frame_idx);
-            const Points anatomy = deformer.anatomy(posed, rest.anatomy(body), volume);
-            return BodyFrame{&body, posed_geometry(posed, volume, anatomy)};
+            const Points& at_rest = rest.anatomy(body);
+            if (!shows_anatomy) return BodyFrame{&body, posed_geometry(posed, volume, at_rest)};
+            return BodyFrame{&body, posed_geometry(posed, volume, deformer.anatomy(posed, at_rest, volume))};
         });
         std::vector<int> pose_indices;
         for (const SamplePair& pair : deformed.pairs) pose_indices.push_back(pair.pose_idx);
