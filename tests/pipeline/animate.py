@@ -182,7 +182,7 @@ def check_animate(source, build, folder, check):
     check(sorted(os.listdir(out)) == before, "and nothing is left of any")
 
     # Memory: poses (60 matrices of 8 bytes and the file's own joints) grow with a motion, vertices do not.
-    bound = 16 / 1024  # MiB a frame
+    bound = 10 / 1024  # MiB a frame
     peaks = []
     for frames in (300, 3000):
         write_bvh(f"{out}/long.bvh", frames, 120)
