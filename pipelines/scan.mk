@@ -6,6 +6,10 @@ NAME ?= $(basename $(notdir $(SCAN)))
 AGE  ?=
 METHOD     ?= fem
 FRAME_RATE ?= 30
+# Extension of the animated mesh, of those that export-scene --help lists; .pc2 comes with the .obj that it moves.
+MESH       ?= pc2
+# Of a rig that configs/joint-maps does not know, as propose-joint-map writes it.
+JOINT_MAP  ?=
 
 OWN = out/$(NAME)
 OWN_STAGE = @pipelines/stage.sh $(OWN)
@@ -21,13 +25,14 @@ OWN_CHOICE = $(OWN)/choice-scan-$(firstword $(shell echo '$(SCAN) $(PERSON) $(OW
 # Motions of the project unless one is given.
 OWN_MOTION = $(if $(filter file,$(origin MOTION)),configs/motions/squat.json,$(MOTION))
 CLIP = $(OWN)/$(basename $(notdir $(firstword $(OWN_MOTION))))
-CLIP_CHOICE = $(CLIP)/choice-motion-$(firstword $(shell echo '$(OWN_MOTION) $(FRAME_RATE)' | md5sum))
+OWN_MESHES = $(CLIP)/$(METHOD).$(MESH) $(if $(filter pc2,$(MESH)),$(CLIP)/$(METHOD).obj)
+CLIP_CHOICE = $(CLIP)/choice-motion-$(firstword $(shell echo '$(OWN_MOTION) $(FRAME_RATE) $(JOINT_MAP)' | md5sum))
 
 .PHONY: body animate scan-given
 scan-given:
 	@test -n "$(SCAN)" || { echo "give SCAN=<file>: OBJ, PLY, OFF, STL or GLB (SEX=male|female, AGE=<years>, NAME=<name> too)" >&2; exit 2; }
 	@test -z "$(word 2,$(SCAN))" || { echo "SCAN is one file, and its path holds no spaces: '$(SCAN)'" >&2; exit 2; }
-	@for f in "$(SCAN)" $(OWN_MOTION); do test -e "$$f" || { echo "there is no file '$$f'" >&2; exit 2; }; done
+	@for f in "$(SCAN)" $(OWN_MOTION) $(JOINT_MAP); do test -e "$$f" || { echo "there is no file '$$f'" >&2; exit 2; }; done
 	$(CHECK_DATA)
 	@test ! -e "configs/$(NAME).json" -a "$(NAME)" != templates -a "$(NAME)" != bench || { echo "results would go among others in out/$(NAME)/: give NAME=<name>" >&2; exit 2; }
 
@@ -36,10 +41,10 @@ body: scan-given build ## a layered body of one scan, out/<name>/{body.h5,report
 	@cat $(OWN)/report.txt
 	@echo "body: $(OWN)/body.h5; pictures: $(OWN)/fit.png, body.png, section.png"
 
-animate: scan-given build ## the body of one scan in a motion, out/<name>/<motion>/<method>.{h5,html,obj,pc2,png}; SCAN=<file> [MOTION=<file>] [METHOD=fem]
-	@$(MAKE) --no-print-directory $(CLIP)/$(METHOD).html $(CLIP)/$(METHOD).pc2 $(CLIP)/$(METHOD).png
+animate: scan-given build ## the body of one scan in a motion, out/<name>/<motion>/<method>.{h5,html,pc2,obj,png}; SCAN=<file> [MOTION=<file>] [METHOD=fem] [FRAME_RATE=30] [MESH=pc2] [JOINT_MAP=<file>]
+	@$(MAKE) --no-print-directory $(CLIP)/$(METHOD).html $(CLIP)/$(METHOD).png $(OWN_MESHES)
 	@echo "page: $(CLIP)/$(METHOD).html, for any browser"
-	@echo "animation: $(CLIP)/$(METHOD).obj moved by $(CLIP)/$(METHOD).pc2; frames: $(CLIP)/$(METHOD).png; flesh: $(CLIP)/$(METHOD).h5"
+	@echo "animation: $(OWN_MESHES); frames: $(CLIP)/$(METHOD).png; flesh: $(CLIP)/$(METHOD).h5"
 
 ifneq ($(SCAN),)
 $(OWN_CHOICE):
@@ -74,33 +79,37 @@ $(OWN)/section.png: $(OWN)/body.h5
 $(CLIP_CHOICE):
 	@mkdir -p $(CLIP) && rm -f $(CLIP)/choice-motion-* && touch $@
 
-$(CLIP)/motion.h5: $(OWN_TEMPLATE) $(OWN_MOTION) $(CLIP_CHOICE)
-	$(OWN_STAGE) import-motion $(BIN)/import-motion --force --template $< --joint-maps configs/joint-maps \
-	    --joint-limits configs/joint-limits.json $(addprefix --motion ,$(OWN_MOTION)) --frame-rate $(FRAME_RATE) \
+OWN_ANIMATION = --template $(OWN_TEMPLATE) --bodies $(OWN)/body.h5
+OWN_RIG = --joint-maps configs/joint-maps
+ifneq ($(JOINT_MAP),)
+OWN_RIG = --joint-map $(JOINT_MAP)
+endif
+OWN_MOTIONS = $(OWN_RIG) --joint-limits configs/joint-limits.json $(addprefix --motion ,$(OWN_MOTION)) --frame-rate $(FRAME_RATE)
+
+# The mesh that a .pc2 moves; only its triangles count.
+$(CLIP)/%.obj: $(OWN)/body.h5 $(CLIP_CHOICE)
+	$(OWN_STAGE) mesh $(BIN)/export-scene $(RUN) $(OWN_ANIMATION) --surface skin --mesh $@
+
+# FEM by the tool that keeps every finished frame and goes on after an interruption, which needs the poses in a file.
+$(CLIP)/motion.h5: $(OWN_TEMPLATE) $(OWN_MOTION) $(JOINT_MAP) $(CLIP_CHOICE)
+	$(OWN_STAGE) import-motion $(BIN)/import-motion --force --template $< $(OWN_MOTIONS) --interpolate \
 	    --report $(CLIP)/motion.json --output $@
 
-OWN_SAMPLES = --template $(OWN_TEMPLATE) --bodies $(OWN)/body.h5 --poses $(CLIP)/motion.h5
-
-# FEM by the tool that keeps every finished frame and goes on after an interruption.
 $(CLIP)/fem.h5: $(OWN)/body.h5 $(CLIP)/motion.h5 $(CONFIG)
-	$(OWN_STAGE) simulate-fem $(BIN)/simulate-fem $(RUN) $(OWN_SAMPLES) --body 0 --min-converged 0.9 --output $@
+	$(OWN_STAGE) simulate-fem $(BIN)/simulate-fem $(RUN) $(OWN_ANIMATION) --poses $(CLIP)/motion.h5 --body 0 \
+	    --min-converged 0.9 --output $@
+
+$(CLIP)/fem.html $(CLIP)/fem.$(MESH) $(CLIP)/fem.png &: $(CLIP)/fem.h5
+	$(OWN_STAGE) show $(BIN)/export-scene $(RUN) $(OWN_ANIMATION) --poses $(CLIP)/motion.h5 --deformations $< --sample 0 \
+	    --frames 0 --surface skin --page $(CLIP)/fem.html --mesh $(CLIP)/fem.$(MESH) --picture $(CLIP)/fem.png \
+	    --picture-kind frames --count 6 --colour volume --view three-quarter --height 500
 
 define OWN_PREDICTION
-$(CLIP)/$(1).h5: $(OWN)/body.h5 $(CLIP)/motion.h5 $(filter-out --%,$(METHOD_FILES_$(1)))
-	$(OWN_STAGE) $(1) $(BIN)/animate $(RUN) --method $(1) $(METHOD_FILES_$(1)) $(OWN_SAMPLES) --body 0 --output $$@
+$(CLIP)/$(1).html $(CLIP)/$(1).$(MESH) $(CLIP)/$(1).png $(CLIP)/$(1).h5 &: $(OWN)/body.h5 $(OWN_MOTION) $(JOINT_MAP) $(CLIP_CHOICE) \
+    $(filter-out --%,$(METHOD_FILES_$(1)))
+	$(OWN_STAGE) $(1) $(BIN)/animate $(RUN) --method $(1) $(METHOD_FILES_$(1)) $(OWN_ANIMATION) $(OWN_MOTIONS) \
+	    --output $(CLIP)/$(1).h5 --surface skin --page $(CLIP)/$(1).html --mesh $(CLIP)/$(1).$(MESH) --picture $(CLIP)/$(1).png \
+	    --volume-colours --view three-quarter --height 500
 endef
 $(foreach method,$(filter-out fem,$(METHOD)),$(eval $(call OWN_PREDICTION,$(method))))
-
-# A mesh and what moves it.
-$(CLIP)/%.pc2: $(CLIP)/%.h5
-	$(OWN_STAGE) mesh $(BIN)/export-scene $(RUN) $(OWN_SAMPLES) --deformations $< --sample 0 --surface skin --mesh $(@:.pc2=.obj)
-	$(OWN_STAGE) animation $(BIN)/export-scene $(RUN) $(OWN_SAMPLES) --deformations $< --sample 0 --frames 0 \
-	    --surface skin --mesh $@
-
-$(CLIP)/%.html: $(CLIP)/%.h5
-	$(OWN_STAGE) page $(BIN)/export-scene $(RUN) $(OWN_SAMPLES) --deformations $< --frames 0 --page $@
-
-$(CLIP)/%.png: $(CLIP)/%.h5
-	$(OWN_STAGE) picture-frames $(BIN)/export-scene $(RUN) $(OWN_SAMPLES) --deformations $< --picture-kind frames --count 6 \
-	    --colour volume --view three-quarter --height 500 --picture $@
 endif

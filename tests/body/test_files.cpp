@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // What is written is read back, by us and by h5py.
 #include "file_samples.h"
+#include "ndg/body/stored_pose.h"
 #include "ndg/core/error.h"
 #include "ndg/core/hash.h"
 #include "support/support.h"
@@ -228,6 +229,7 @@ TEST_CASE("Poses come back as rotations to double precision", "[files]")
             CHECK((read * read.transpose() - Eigen::Matrix3d::Identity()).norm() < 1e-15);
         }
         CHECK(back.poses[i].root_translation == poses.poses[i].root_translation);
+        CHECK(as_stored(poses.poses[i]).parent_from_joint == back.poses[i].parent_from_joint);
     }
     CHECK(back.poses[0].parent_from_joint[5] == Eigen::Matrix3d::Identity());
     CHECK(back.clip_idx == poses.clip_idx);

@@ -88,3 +88,36 @@ TEST_CASE_METHOD(Fixture, "Samples that are not there, or asked for in two ways,
     SampleInputs empty;
     CHECK(read(empty, {splits}) == exit_bad_input);
 }
+
+TEST_CASE_METHOD(Fixture, "Where there is no pose file, poses are made, for one body or for all")
+{
+    int made = 0;
+    const auto read_made = [&](SampleInputs& inputs, std::vector<std::string> arguments) {
+        Tool tool("test-inputs", "Reads inputs.", "test-inputs");
+        inputs.add_files(tool, [&](const Template& body_template) {
+            CHECK(body_template.num_prisms() == dataset.body_template.num_prisms());
+            ++made;
+            PoseSet poses = dataset.poses;
+            poses.poses.resize(3);
+            return poses;
+        });
+        inputs.add_samples(tool);
+        arguments.insert(arguments.begin(), {"test-inputs", "--template=" + folder.file("template.h5"),
+                                             "--bodies=" + folder.file("bodies.h5")});
+        std::vector<char*> words;
+        for (std::string& argument : arguments) words.push_back(argument.data());
+        return tool.run(int(words.size()), words.data(), [&] { inputs.read(); });
+    };
+    SampleInputs all, one, file, splits;
+    REQUIRE(read_made(all, {}) == exit_done);
+    CHECK(all.samples.pairs.size() == 4 * 3);
+    CHECK(all.samples.pairs[3] == SamplePair{1, 0});
+    CHECK_FALSE(all.has_pose_file());
+    REQUIRE(read_made(one, {"--body=2", "--pose=1"}) == exit_done);
+    CHECK(one.samples.pairs == std::vector<SamplePair>{{2, 1}});
+    CHECK(made == 2);
+    REQUIRE(read_made(file, {"--body=2", "--poses=" + folder.file("poses.h5")}) == exit_done);
+    CHECK(file.samples.size() == dataset.poses.size());
+    CHECK(made == 2);
+    CHECK(read_made(splits, {"--splits=" + folder.file("splits.h5")}) == exit_bad_input);
+}

@@ -21,6 +21,7 @@ if data == "":
     sys.exit(77)
 import h5py  # noqa: E402  (Debian's python3-h5py)
 import numpy  # noqa: E402
+from animate import check_animate  # noqa: E402
 
 failures = []
 
@@ -155,11 +156,14 @@ try:
         with open(f"{own}/report.txt") as file:
             report = file.read()
         check("1 of 1 scans fitted, 1 pass" in report and "thoracic kyphosis" in report, "the report tells fit and measures")
-        with h5py.File(f"{own}/squat/ndg.h5") as animation, h5py.File(f"{own}/squat/motion.h5") as motion:
-            check(len(animation["deformations/vertices"]) == len(motion["poses/rotations"]) > 20,
-                  "every pose of the motion is there")
+        with h5py.File(f"{own}/squat/ndg.h5") as animation, open(f"{source}/configs/motions/squat.json") as motion:
+            frames = int(4 * json.load(motion)["duration"] + 1e-6) + 1
+            check(len(animation["deformations/vertices"]) == frames > 20, "every frame of the motion is there")
         for name in ("fit.png", "body.png", "section.png", "squat/ndg.html", "squat/ndg.png", "squat/ndg.obj", "squat/ndg.pc2"):
             check(os.path.getsize(f"{own}/{name}") > 1000, f"{name} is there")
+
+        # Motion files, straight into animate, by every method.
+        check_animate(source, build, out, check)
 
     # Every file kind, by a reader that is not ours.
     kinds = {"template": "ndg-template", "skins": "ndg-skins", "bodies": "ndg-bodies", "motion": "ndg-poses",

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ndg/body/pose_set.h"
 
+#include "ndg/body/stored_pose.h"
 #include "ndg/core/error.h"
 #include "ndg/io/h5.h"
 
@@ -143,6 +144,14 @@ PoseSet read_poses(const std::string& path)
         pose.root_translation = translations.row(static_cast<Eigen::Index>(i)).transpose();
     }
     return poses;
+}
+
+Pose as_stored(const Pose& pose)
+{
+    Pose stored = pose;
+    for (Eigen::Matrix3d& rotation : stored.parent_from_joint)
+        rotation = orthonormalised(rotation.cast<float>().cast<double>());
+    return stored;
 }
 
 }  // namespace ndg

@@ -42,7 +42,7 @@ struct RetargetReport {
     int num_glitch_frames = 0;          ///< of the file: frames next to a jump
     int num_dropped_glitches = 0;       ///< candidates at the chosen rate lost to glitches
     int num_dropped_angles = 0;         ///< candidates lost to max_joint_angle or a limit of the joint map
-    int num_poses = 0;                  ///< kept
+    int num_poses = 0;                  ///< in the result
     double mean_direction_error = 0.0;  ///< rad, between bones the map aligns, over the kept poses
     double max_joint_speed = 0.0;       ///< rad/s, fastest local joint rotation between neighbouring frames of the file
 
