@@ -3,12 +3,15 @@
 #include "ndg/core/error.h"
 #include "ndg/core/tool.h"
 #include "ndg/dataset/deformation_file.h"
+#include "ndg/display/body_meshes.h"
+#include "ndg/display/body_volume.h"
+#include "ndg/display/sample_frames.h"
 #include "ndg/export/export_meshes.h"
-#include "ndg/page/page.h"
-#include "ndg/scene/colour_map.h"
 #include "ndg/scene/contact_sheet.h"
 #include "ndg/scene/error_pictures.h"
 #include "ndg/scene/pictures.h"
+
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <filesystem>
@@ -60,73 +63,6 @@ BodyGeometry geometry_of(const Selection& selection, const Inputs& inputs)
     return posed_geometry(posed, inputs.files[0].points(selection.sample_idx));
 }
 
-/// Bones or muscles, gathered in one surface, as the parts they were gathered from.
-std::vector<SceneSurface> split_into_parts(const SceneSurface& gathered, AnatomyLayer layer,
-                                           const std::vector<AnatomyPart>& parts)
-{
-    std::vector<SceneSurface> surfaces;
-    Eigen::Index vertex = 0, triangle = 0;
-    for (const AnatomyPart& part : parts) {
-        if (part.layer != layer) continue;
-        const Eigen::Index num_vertices = part.vertex_end - part.vertex_begin;
-        const Eigen::Index num_triangles = part.triangle_end - part.triangle_begin;
-        SceneSurface& surface = surfaces.emplace_back(gathered);
-        surface.name = part.name;
-        surface.vertices = gathered.vertices.middleRows(vertex, num_vertices);
-        surface.triangles = gathered.triangles.middleRows(triangle, num_triangles).array() - int(vertex);
-        vertex += num_vertices;
-        triangle += num_triangles;
-    }
-    return surfaces;
-}
-
-/// The surfaces of a body that are exported: all, or the one called `surface`; "parts": all, each bone and muscle one.
-std::vector<SceneSurface> exported_surfaces(const Template& body_template, const BodyGeometry& geometry,
-                                            const std::string& surface)
-{
-    std::vector<SceneSurface> surfaces;
-    for (SceneSurface& gathered : anatomy_surfaces(body_template, geometry)) {
-        const AnatomyLayer layer = gathered.name == "bones" ? AnatomyLayer::bone : AnatomyLayer::muscle;
-        if (surface != "parts")
-            surfaces.push_back(std::move(gathered));
-        else
-            for (SceneSurface& part : split_into_parts(gathered, layer, body_template.anatomy_parts))
-                surfaces.push_back(std::move(part));
-    }
-    surfaces.push_back(bone_wrap_surface(body_template, geometry));
-    surfaces.push_back(muscle_wrap_surface(body_template, geometry));
-    surfaces.push_back(skin_surface(body_template, geometry));
-    if (surface == "all" || surface == "parts") {
-        // So that what lies inside shows through.
-        surfaces.back().opacity = 0.35f;
-        surfaces[surfaces.size() - 2].opacity = 0.5f;
-        return surfaces;
-    }
-    const auto found = std::find_if(surfaces.begin(), surfaces.end(),
-                                    [&](const SceneSurface& candidate) { return candidate.name == surface; });
-    require_input(found != surfaces.end(), "--surface {}: the template has none", surface);
-    return {*found};
-}
-
-std::string credits_of(const Provenance& provenance)
-{
-    std::string credits;
-    for (const Provenance::Input& file : provenance.inputs)
-        if (!file.licences.empty() && credits.find(file.licences) == std::string::npos)
-            credits += (credits.empty() ? "" : "; ") + file.licences;
-    return credits;
-}
-
-/// Change of volume below each vertex of the skin, N_s; 0 for head, hands and toes.
-Eigen::VectorXf skin_volume_change(const Template& body_template, const Body& body, const BodyGeometry& geometry)
-{
-    const Eigen::VectorXd change = volume_change(body.volume_vertices, geometry.volume_vertices, body_template.prisms,
-                                                 body_template.num_wrap_vertices());
-    Eigen::VectorXf values = Eigen::VectorXf::Zero(geometry.skin_vertices.rows());
-    for (int w = 0; w < change.size(); ++w) values[body_template.wrap_to_skin[w]] = float(change[w]);
-    return values;
-}
-
 /// How many samples of the file, or poses, there are from `asked` on; 1 for a body at rest.
 int remaining_frames(const Selection& asked, const PoseSet& poses, const std::vector<DeformationSet>& files)
 {
@@ -134,99 +70,96 @@ int remaining_frames(const Selection& asked, const PoseSet& poses, const std::ve
     return asked.pose_idx < 0 ? 1 : std::max(1, poses.size() - asked.pose_idx);
 }
 
-/// `num_frames` poses or samples from `asked` on. Keeps references to `settings` and `inputs`.
-MeshSequence mesh_sequence(const Selection& asked, int num_frames, const std::string& surface,
-                           const PictureSettings& settings, const Inputs& inputs)
+/// `num_frames` poses or samples from `asked` on.
+std::vector<Selection> select_frames(const Selection& asked, int num_frames, const Inputs& inputs)
 {
     require_input(num_frames == 1 || asked.pose_idx >= 0 || asked.sample_idx >= 0,
                   "--frames {} needs --pose or --sample to start from", num_frames);
-    const auto selected = [asked, &inputs](int frame_idx) {
+    std::vector<Selection> frames;
+    for (int k = 0; k < num_frames; ++k) {
         Selection selection = asked;
-        (asked.sample_idx >= 0 ? selection.sample_idx : selection.pose_idx) += frame_idx;
-        return select(selection, inputs);
-    };
-    selected(num_frames - 1);  // out of range is found before anything is written
-    const Template& body_template = inputs.poser.body_template();
-    const Selection first = selected(0);
-    MeshSequence sequence;
-    for (const SceneSurface& candidate : exported_surfaces(body_template, geometry_of(first, inputs), surface))
-        sequence.meshes.push_back({candidate.name, candidate.triangles, candidate.colour, candidate.opacity,
-                                   candidate.gloss, candidate.two_sided});
-    if (surface == "parts")
-        for (ExportedMesh& mesh : sequence.meshes)
-            for (const AnatomyPart& part : body_template.anatomy_parts)
-                if (part.name == mesh.name) {
-                    mesh.group = part.layer == AnatomyLayer::bone ? "bones" : "muscles";
-                    mesh.fma_id = part.fma_id;
-                }
-    sequence.num_frames = num_frames;
-    if (first.pose_idx >= 0) sequence.frame_rate = inputs.poses.clip_frame_rates[inputs.poses.clip_idx[first.pose_idx]];
-    sequence.frame = [selected, surface, &settings, &inputs, &body_template](int frame_idx) {
-        const Selection selection = selected(frame_idx);
-        const Body& body = inputs.bodies.bodies[selection.body_idx];
-        const BodyGeometry geometry = geometry_of(selection, inputs);
-        std::vector<MeshFrame> frames;
-        for (const SceneSurface& candidate : exported_surfaces(body_template, geometry, surface)) {
-            MeshFrame& frame = frames.emplace_back();
-            frame.vertices = candidate.vertices;
-            if (!settings.volume_colours || candidate.name != "skin") continue;
-            frame.colours = volume_change_surface(body_template, body, geometry, settings.colour_range).vertex_colours;
-            frame.scalars["volume_change"] = skin_volume_change(body_template, body, geometry);
-        }
-        return frames;
-    };
-    return sequence;
-}
-
-/// Of samples in their order, Hz: that of their clip, thinned as they are; of poses that are no motion, slow.
-double shown_frame_rate(const DeformationSet& set, const std::vector<int>& samples, const PoseSet& poses)
-{
-    constexpr double no_motion = 1.5;
-    if (samples.size() < 2) return no_motion;
-    const auto pose_of = [&](std::size_t k) { return set.pairs[samples[k]].pose_idx; };
-    const int clip_idx = poses.clip_idx[pose_of(0)];
-    const int step = poses.frame_idx[pose_of(1)] - poses.frame_idx[pose_of(0)];
-    for (std::size_t k = 1; k < samples.size(); ++k)
-        if (poses.clip_idx[pose_of(k)] != clip_idx ||
-            poses.frame_idx[pose_of(k)] - poses.frame_idx[pose_of(k - 1)] != step || step <= 0)
-            return no_motion;
-    return poses.clip_frame_rates[clip_idx] / step;
-}
-
-/// The frames of a page: the samples of the first deformation file from `asked` on that are of its body, in their
-/// order, with what each of the other files makes of them. Keeps references to `inputs`.
-PageMotion page_motion(const Selection& asked, int num_frames, const Inputs& inputs)
-{
-    require_input(!inputs.files.empty(), "--page needs --deformations: the samples to show, of one method or several");
-    const DeformationSet& reference = inputs.files[0];
-    const int first = std::max(0, asked.sample_idx);
-    require_input(first < reference.size(), "--sample {} lies outside the {} samples of the {} file", first,
-                  reference.size(), reference.method);
-    const int body_idx = reference.pairs[first].body_idx;
-    std::vector<std::vector<int>> samples(inputs.files.size());  // file, frame
-    PageMotion motion;
-    for (int s = first; s < reference.size() && (num_frames == 0 || int(motion.poses.size()) < num_frames); ++s) {
-        const SamplePair& pair = reference.pairs[s];
-        if (pair.body_idx != body_idx) continue;
-        require_pair(pair, inputs.bodies.bodies.size(), inputs.poses.poses.size());
-        for (std::size_t f = 0; f < inputs.files.size(); ++f) {
-            const std::vector<SamplePair>& pairs = inputs.files[f].pairs;
-            const auto found = std::find(pairs.begin(), pairs.end(), pair);
-            require_input(found != pairs.end(), "the {} file has no sample of {}", inputs.files[f].method,
-                          describe(pair));
-            samples[f].push_back(int(found - pairs.begin()));
-        }
-        motion.poses.push_back(inputs.poses.poses[pair.pose_idx]);
+        (asked.sample_idx >= 0 ? selection.sample_idx : selection.pose_idx) += k;
+        frames.push_back(select(selection, inputs));
     }
-    const int pose_idx = reference.pairs[first].pose_idx, clip_idx = inputs.poses.clip_idx[pose_idx];
-    motion.body = &inputs.bodies.bodies[body_idx];
-    motion.frame_rate = shown_frame_rate(reference, samples[0], inputs.poses);
-    motion.title = fmt::format("{}, {}", motion.body->name, inputs.poses.clip_names[clip_idx]);
-    for (std::size_t f = 0; f < inputs.files.size(); ++f)
-        motion.methods.push_back({inputs.files[f].method, [&file = inputs.files[f], chosen = samples[f]](int frame) {
-                                      return file.points(chosen[frame]);
-                                  }});
-    return motion;
+    return frames;
+}
+
+/// Where the inputs stand, for formats that refer to them.
+struct InputPaths {
+    std::string body_template, bodies;
+    std::vector<std::string> deformations;
+};
+
+/// One frame's volume, and where it stands on disk.
+BodyVolume volume_of(const Selection& selection, const Inputs& inputs, const InputPaths& paths,
+                     const DeformationSet* reference)
+{
+    BodyVolume shown;
+    shown.body = &inputs.bodies.bodies[selection.body_idx];
+    const std::size_t num_vertices = std::size_t(shown.body->volume_vertices.rows());
+    if (selection.pose_idx < 0) {
+        shown.volume_vertices = shown.body->volume_vertices;
+        shown.interior_vertices = shown.body->interior_vertices;
+        shown.stored = {paths.bodies,
+                        "/bodies/volume_vertices",
+                        {inputs.bodies.bodies.size(), num_vertices, 3},
+                        selection.body_idx};
+        return shown;
+    }
+    const PosedBody posed = inputs.poser.pose(*shown.body, inputs.poses.poses[selection.pose_idx]);
+    shown.interior_vertices = posed.bone_interior();
+    if (selection.sample_idx < 0) {
+        shown.volume_vertices = posed.skinned_volume();
+        return shown;
+    }
+    const DeformationSet& file = inputs.files[0];
+    shown.volume_vertices = file.points(selection.sample_idx);
+    shown.stored = {paths.deformations[0],
+                    "/deformations/vertices",
+                    {file.num_slices(), num_vertices, 3},
+                    int(file.first_slice(selection.sample_idx))};
+    if (reference == nullptr) return shown;
+    const SamplePair& pair = file.pairs[selection.sample_idx];
+    const auto found = std::find(reference->pairs.begin(), reference->pairs.end(), pair);
+    require_input(found != reference->pairs.end(), "the --reference file has no sample of {}", describe(pair));
+    shown.reference = reference->points(int(found - reference->pairs.begin()));
+    return shown;
+}
+
+/// Of the layers, as the tool that made the samples says in its config.
+LayerStiffness stiffness_of(const DeformationSet& file)
+{
+    LayerStiffness stiffness;
+    const nlohmann::json configs = nlohmann::json::parse(file.file->file().attribute("config"));
+    for (const nlohmann::json& config : configs) {
+        stiffness.young_muscle = config.value("young_muscle", stiffness.young_muscle);
+        stiffness.young_fat = config.value("young_fat", stiffness.young_fat);
+    }
+    return stiffness;
+}
+
+/// What --mesh writes. Keeps references to all but the frames.
+MeshSequence mesh_sequence(const std::vector<Selection>& frames, const std::string& surface,
+                           const PictureSettings& settings, const Inputs& inputs, const InputPaths& paths,
+                           const DeformationSet* reference, Contents contents)
+{
+    const Template& body_template = inputs.poser.body_template();
+    MeshSequence sequence;
+    if (contents == Contents::volume) {
+        sequence.num_frames = int(frames.size());
+        sequence.volume = body_volume(
+            body_template, paths.body_template, inputs.files.empty() ? LayerStiffness() : stiffness_of(inputs.files[0]),
+            [=, &inputs, &paths](int frame_idx) { return volume_of(frames[frame_idx], inputs, paths, reference); });
+    } else {
+        sequence = body_meshes(body_template, surface, settings, int(frames.size()), [frames, &inputs](int frame_idx) {
+            const Selection& selection = frames[frame_idx];
+            return BodyFrame{&inputs.bodies.bodies[selection.body_idx], geometry_of(selection, inputs)};
+        });
+    }
+    std::vector<int> pose_indices;
+    for (const Selection& frame : frames) pose_indices.push_back(frame.pose_idx);
+    if (frames.size() > 1) sequence.frame_rate = shown_frame_rate(inputs.poses, pose_indices);
+    return sequence;
 }
 
 /// The first `count` poses, in the order they were sampled: the most different ones.
@@ -247,7 +180,7 @@ int main(int argc, char** argv)
     Tool tool("export-scene", "Renders pictures of bodies and samples, and writes them as meshes for other programs",
               "export-scene --template template.h5 --bodies bodies.h5 --body 3 --picture layers.png "
               "--picture-kind layers --mesh body.glb");
-    std::string template_path, bodies_path, poses_path, mesh_path, page_path, picture_path;
+    std::string template_path, bodies_path, poses_path, reference_path, mesh_path, page_path, picture_path;
     std::vector<std::string> deformation_paths;
     Selection asked;
     PosingOptions posing;
@@ -262,6 +195,7 @@ int main(int argc, char** argv)
     tool.input("bodies", bodies_path, "Layered bodies");
     tool.input("poses", poses_path, "Poses, for --pose, --sample, frames and poses", false);
     tool.input("deformations", deformation_paths, "Samples or predictions; several for frames", false);
+    tool.input("reference", reference_path, "Samples of the same bodies and poses by which .xdmf has an error", false);
     std::string formats;
     for (const ExportFormat& format : export_formats())
         formats += fmt::format("{}{} ({})", formats.empty() ? "" : ", ", format.extension, format.summary);
@@ -279,7 +213,7 @@ int main(int argc, char** argv)
         "the place of the number, out_{:04}.ply; 0: all",
         0, 1000000);
     tool.parameter("surface", surface, "What --mesh holds; parts: all, with each bone and muscle as a mesh of its own",
-                   {"all", "parts", "skin", "muscle_wrap", "bone_wrap", "bones", "muscles"});
+                   body_mesh_choices);
     tool.parameter("picture-kind", kind, "What the picture shows",
                    {"body", "layers", "cut", "section", "frames", "worst", "errors", "bodies", "poses"});
     tool.parameter("plane", section.kind, "Plane of the sections, for --picture-kind section");
@@ -327,13 +261,22 @@ int main(int argc, char** argv)
         const BodyPoser poser(body_template, posing);
         const Inputs inputs{poser, bodies, poses, files};
         if (!mesh_path.empty()) {
-            MeshSequence sequence = mesh_sequence(asked, num_frames, surface, settings, inputs);
+            std::optional<DeformationSet> reference;
+            if (!reference_path.empty()) {
+                require_input(asked.sample_idx >= 0, "--reference needs --sample: what is compared with it");
+                reference = open_deformations(reference_path, body_template.num_volume_vertices());
+            }
+            const InputPaths paths{template_path, bodies_path, deformation_paths};
+            MeshSequence sequence =
+                mesh_sequence(select_frames(asked, num_frames, inputs), surface, settings, inputs, paths,
+                              reference ? &*reference : nullptr, export_format(mesh_path).contents);
             sequence.credits = credits_of(tool.provenance());
+            if (sequence.volume) sequence.volume->provenance = tool.provenance();
             export_meshes(mesh_path, sequence);
             std::cout << mesh_path << "\n";
         }
         if (!page_path.empty()) {
-            PageMotion motion = page_motion(asked, num_page_frames, inputs);
+            PageMotion motion = page_motion(bodies, poses, files, std::max(0, asked.sample_idx), num_page_frames);
             motion.credits = credits_of(tool.provenance());
             const PageFigures figures = write_page(page_path, poser, motion);
             fmt::print(

@@ -9,7 +9,8 @@
 
 namespace ndg {
 
-#define NDG_EXPORT_FORMAT(extension, frames, write, summary) void write(const std::string&, const MeshSequence&);
+#define NDG_EXPORT_FORMAT(extension, frames, contents, write, summary) \
+    void write(const std::string&, const MeshSequence&);
 #include "ndg/export/formats.def"
 #undef NDG_EXPORT_FORMAT
 
@@ -67,7 +68,8 @@ MeshSequence checked(const std::string& path, const MeshSequence& sequence)
 const std::vector<ExportFormat>& export_formats()
 {
     static const std::vector<ExportFormat> formats = {
-#define NDG_EXPORT_FORMAT(extension, frames, write, summary) {extension, Frames::frames, write, summary},
+#define NDG_EXPORT_FORMAT(extension, frames, contents, write, summary) \
+    {extension, Frames::frames, Contents::contents, write, summary},
 #include "ndg/export/formats.def"
 #undef NDG_EXPORT_FORMAT
     };
@@ -107,6 +109,10 @@ void export_meshes(const std::string& path, const MeshSequence& sequence)
 {
     const ExportFormat& format = export_format(path);
     const std::vector<std::string> files = exported_files(path, sequence.num_frames);
+    if (format.contents == Contents::volume) {
+        require(sequence.volume.has_value() && sequence.num_frames > 0, "{} would hold no volume", path);
+        return format.write(path, sequence);
+    }
     const MeshSequence whole = checked(path, sequence);
     if (format.frames == Frames::one_file || (format.frames == Frames::by_name && files[0] == path))
         return format.write(path, whole);
