@@ -27,4 +27,29 @@ inline MeshSequence body_like(int num_frames = 1)
     return sequence;
 }
 
+/// One prism and one tetrahedron over files that need not be there; each frame lies 1 m higher.
+inline MeshSequence volume_like(int num_frames = 1)
+{
+    MeshSequence sequence;
+    sequence.num_frames = num_frames;
+    sequence.credits = "CC0 1.0 \"& more\"";
+    VolumeSequence volume;
+    volume.grids = {
+        {"flesh", CellKind::wedge, {"/a/template.h5", "/volume/prisms", {1, 6}}, {{"layer", Eigen::VectorXf::Ones(1)}}},
+        {"bone_interior", CellKind::tetrahedron, {"/a/template.h5", "/bone_interior/tetrahedra", {1, 4}}, {}}};
+    volume.frame = [num_frames](int frame_idx) {
+        Points corners = (Points(6, 3) << 0, 0, 1, 1, 0, 1, 0, 1, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0).finished().rowwise() +
+                         Eigen::RowVector3d(0, frame_idx, 0);
+        VolumeFrame flesh, inside;
+        flesh.vertices = corners;
+        flesh.stored_vertices = {"/a/samples.h5", "/deformations/vertices", {std::size_t(num_frames), 6, 3}, frame_idx};
+        flesh.point_fields["error"] = Eigen::VectorXf::LinSpaced(6, 0.0f, float(frame_idx));
+        inside.vertices = corners.topRows(4);
+        inside.cell_fields["determinant"] = Eigen::VectorXf::Constant(1, 1.0f + float(frame_idx));
+        return std::vector<VolumeFrame>{flesh, inside};
+    };
+    sequence.volume = volume;
+    return sequence;
+}
+
 }  // namespace ndg::test

@@ -26,7 +26,7 @@ TEST_CASE("Every format of the table writes one frame under the name it is given
         CHECK_FALSE(format.summary.empty());
         CHECK_THROWS_WITH(export_format("x.fbx"), Catch::Contains("'.fbx'") && Catch::Contains(format.extension));
         const std::string path = folder.file("X" + format.extension);
-        export_meshes(path, body_like());
+        export_meshes(path, format.contents == Contents::volume ? test::volume_like() : body_like());
         CHECK(std::filesystem::file_size(path) > 0);
         CHECK(exported_files(path, 1) == std::vector<std::string>{path});
     }

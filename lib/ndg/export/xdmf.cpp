@@ -47,10 +47,12 @@ std::string data_item(const std::string& path, const StoredArray& array, const c
     begin[0] = std::size_t(array.slice);
     count[0] = 1;
     const std::vector<std::size_t> shape(array.shape.begin() + 1, array.shape.end());
+    // VTK's reader takes what a geometry's item begins with as the name by which it keeps grids: a comment, its own in
+    // every frame.
     return fmt::format(
-        "<DataItem ItemType=\"HyperSlab\" Dimensions=\"{}\"><DataItem Format=\"XML\" Dimensions=\"3 {}\">{} {} "
-        "{}</DataItem>{}</DataItem>",
-        extents(shape), array.shape.size(), extents(begin), extents(step), extents(count), whole);
+        "<DataItem ItemType=\"HyperSlab\" Dimensions=\"{}\"><!--slice {}--><DataItem Format=\"XML\" Dimensions=\"3 "
+        "{}\">{} {} {}</DataItem>{}</DataItem>",
+        extents(shape), array.slice, array.shape.size(), extents(begin), extents(step), extents(count), whole);
 }
 
 /// The HDF5 file beside, filled frame by frame.
