@@ -152,14 +152,15 @@ TEST_CASE("Anatomy of a bending body is carried by the volume, of a turning one 
     const Points rest = anatomy_at_rest(tube, tube.rest);
     const auto carried_by = [&](const std::vector<Pose>& poses) {
         std::vector<PosedBody> frames;
-        std::vector<Points> volumes;
+        std::vector<Points> volumes, anatomies;
         for (const Pose& pose : poses) {
             frames.push_back(poser.pose(tube.rest, pose));
             volumes.push_back(frames.back().skinned_volume());
+            anatomies.push_back(frames.back().anatomy(rest, volumes.back()));
         }
-        const CarriedAnatomy carried = find_carriers(frames, volumes, 1e-5);
+        const CarriedAnatomy carried = find_carriers(frames, volumes, anatomies, 1e-5);
         for (std::size_t f = 0; f < frames.size(); ++f) {
-            const Points anatomy = frames[f].anatomy(rest, volumes[f]);
+            const Points& anatomy = anatomies[f];
             const Points points = carried_points(carried, tube.embedding, volumes[f], frames[f].bone_interior(),
                                                  rigid_motions(carried, tube, anatomy), anatomy);
             CHECK((points - anatomy).rowwise().norm().maxCoeff() < 1e-5);

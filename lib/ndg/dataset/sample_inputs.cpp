@@ -9,7 +9,13 @@ void SampleInputs::add_files(Tool& tool)
 {
     tool.input("template", template_path_, "template");
     tool.input("bodies", bodies_path_, "layered bodies");
-    tool.input("poses", poses_path_, "poses");
+    tool.input("poses", poses_path_, "poses", make_poses_ == nullptr);
+}
+
+void SampleInputs::add_files(Tool& tool, std::function<PoseSet(const Template&)> other_poses)
+{
+    make_poses_ = std::move(other_poses);
+    add_files(tool);
 }
 
 void SampleInputs::add_splits(Tool& tool)
@@ -36,7 +42,7 @@ void SampleInputs::read()
 {
     body_template = read_template(template_path_);
     bodies = read_bodies(bodies_path_, body_template);
-    poses = read_poses(poses_path_);
+    poses = other_poses() ? make_poses_(body_template) : read_poses(poses_path_);
     if (with_splits_) read_splits_or_body();
     if (!with_samples_) return;
     samples.pairs = splits.pairs.at(split);
@@ -46,21 +52,25 @@ void SampleInputs::read()
 
 void SampleInputs::read_splits_or_body()
 {
-    require_input(splits_path_.empty() != (body_idx_ < 0), "give either --splits or --body, not both or none");
+    require_input(!other_poses() || splits_path_.empty(), "--splits goes with --poses");
+    const bool all_bodies = other_poses() && body_idx_ < 0;
+    require_input(all_bodies || splits_path_.empty() != (body_idx_ < 0),
+                  "give either --splits or --body, not both or none");
     require_input(pose_idx_ < 0 || body_idx_ >= 0, "--pose goes with --body");
     const int num_bodies = int(bodies.bodies.size());
-    if (body_idx_ < 0) {
+    if (body_idx_ < 0 && !all_bodies) {
         splits = read_splits(splits_path_, num_bodies, poses.size());
         return;
     }
     require_input(body_idx_ < num_bodies, "{}: has {} bodies, --body is {}", bodies_path_, num_bodies, body_idx_);
-    require_input(pose_idx_ < poses.size(), "{}: has {} poses, --pose is {}", poses_path_, poses.size(), pose_idx_);
+    require_input(pose_idx_ < poses.size(), "{}: has {} poses, --pose is {}",
+                  other_poses() ? "the motion" : poses_path_, poses.size(), pose_idx_);
     for (const std::string& name : split_names) splits.pairs[name];
-    splits.bodies[split] = {body_idx_};
-    for (int i = 0; i < poses.size(); ++i) {
-        if (pose_idx_ >= 0 && i != pose_idx_) continue;
-        splits.poses[split].push_back(i);
-        splits.pairs[split].push_back({body_idx_, i});
+    for (int i = 0; i < poses.size(); ++i)
+        if (pose_idx_ < 0 || i == pose_idx_) splits.poses[split].push_back(i);
+    for (int b = all_bodies ? 0 : body_idx_; b < (all_bodies ? num_bodies : body_idx_ + 1); ++b) {
+        splits.bodies[split].push_back(b);
+        for (const int i : splits.poses[split]) splits.pairs[split].push_back({b, i});
     }
 }
 

@@ -7,6 +7,7 @@
 #include "ndg/core/tool.h"
 #include "ndg/dataset/splits.h"
 
+#include <functional>
 #include <string>
 
 namespace ndg {
@@ -20,6 +21,9 @@ public:
 
     /// --template, --bodies and --poses; the tool keeps references.
     void add_files(Tool& tool);
+    /// The same without the need of --poses: `other_poses` makes them for the template where it is not given. Samples
+    /// are then of --body or, without it, of all bodies, in all poses.
+    void add_files(Tool& tool, std::function<PoseSet(const Template&)> other_poses);
     /// Samples of all splits: --splits, or --body and --pose.
     void add_splits(Tool& tool);
     /// Samples of one split: the same and --split.
@@ -39,8 +43,10 @@ public:
 
 private:
     void read_splits_or_body();
+    bool other_poses() const { return poses_path_.empty(); }
 
     std::string template_path_, bodies_path_, poses_path_, splits_path_;
+    std::function<PoseSet(const Template&)> make_poses_;
     int body_idx_ = -1, pose_idx_ = -1;
     bool with_splits_ = false, with_samples_ = false;
 };

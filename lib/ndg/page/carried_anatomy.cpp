@@ -135,12 +135,12 @@ private:
     std::unique_ptr<PointTree> tree_;
 };
 
-Observed observe(const std::vector<PosedBody>& frames, const std::vector<Points>& volumes)
+Observed observe(const std::vector<PosedBody>& frames, const std::vector<Points>& volumes,
+                 const std::vector<Points>& anatomies)
 {
     const Template& body_template = frames[0].body_template();
-    Observed observed{body_template, anatomy_at_rest(body_template, frames[0].body()), {}, {}, {}};
+    Observed observed{body_template, anatomy_at_rest(body_template, frames[0].body()), anatomies, {}, {}};
     for (std::size_t f = 0; f < frames.size(); ++f) {
-        observed.anatomy.push_back(frames[f].anatomy(observed.rest, volumes[f]));
         observed.embedded.push_back(apply_embedding(body_template.embedding, volumes[f], frames[f].bone_interior()));
     }
     observed.motions.resize(frames.size());
@@ -149,12 +149,14 @@ Observed observe(const std::vector<PosedBody>& frames, const std::vector<Points>
 
 }  // namespace
 
-CarriedAnatomy find_carriers(const std::vector<PosedBody>& frames, const std::vector<Points>& volumes, double tolerance)
+CarriedAnatomy find_carriers(const std::vector<PosedBody>& frames, const std::vector<Points>& volumes,
+                             const std::vector<Points>& anatomies, double tolerance)
 {
-    require(!frames.empty() && frames.size() == volumes.size(), "{} poses and {} volumes to find carriers in",
-            frames.size(), volumes.size());
+    require(!frames.empty() && frames.size() == volumes.size() && frames.size() == anatomies.size(),
+            "{} poses, {} volumes and {} anatomies to find carriers in", frames.size(), volumes.size(),
+            anatomies.size());
     const Template& body_template = frames[0].body_template();
-    Observed observed = observe(frames, volumes);
+    Observed observed = observe(frames, volumes, anatomies);
     CarriedAnatomy carried;
     const std::vector<int> motion_of_part = group_bones(observed, carried.motion_parts);
     const BonesNearby bones(observed, motion_of_part);

@@ -21,10 +21,10 @@ struct CarriedAnatomy {
     std::vector<int> motion_parts;
 };
 
-/// Looks at poses `frames` of the body with the flesh `volumes` (each N_v x 3) and finds for every vertex what carries
-/// it within `tolerance` metres in all of them.
+/// Looks at poses `frames` of the body with the flesh `volumes` (each N_v x 3) and the anatomy `anatomies` (each
+/// N_a x 3) and finds for every vertex what carries it within `tolerance` metres in all of them.
 CarriedAnatomy find_carriers(const std::vector<PosedBody>& frames, const std::vector<Points>& volumes,
-                             double tolerance);
+                             const std::vector<Points>& anatomies, double tolerance);
 
 /// The motions of a frame, by least squares from the posed anatomy (N_a x 3) (Umeyama 1991, without scale).
 std::vector<Eigen::Isometry3d> rigid_motions(const CarriedAnatomy& carried, const Template& body_template,

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ndg/page/page.h"
 
+#include "ndg/body/anatomy.h"
 #include "ndg/core/error.h"
 #include "ndg/page/carried_anatomy.h"
 #include "ndg/page/page_blocks.h"
@@ -190,6 +191,11 @@ std::vector<float> motion_values(const std::vector<Eigen::Isometry3d>& motions)
     return values;
 }
 
+Points anatomy_of(const PageMethod& method, const PosedBody& posed, const Points& rest, const Points& volume)
+{
+    return method.anatomy ? method.anatomy(posed, rest, volume) : posed.anatomy(rest, volume);
+}
+
 /// Writes the frames and measures what was kept.
 class FrameBlocks {
 public:
@@ -226,7 +232,7 @@ private:
         const Eigen::RowVector3d origin = frame_origin(posed);
         for (std::size_t m = 0; m < methods.size(); ++m) {
             const Points volume = motion_.methods[m].volume(frame_idx);
-            const Points anatomy = posed.anatomy(carried_.rest, volume);
+            const Points anatomy = anatomy_of(motion_.methods[m], posed, carried_.rest, volume);
             const std::vector<Eigen::Isometry3d> moved = rigid_motions(carried_, poser_.body_template(), anatomy);
             if (m == 0) {
                 quantiser_.append(order_.common(volume, posed.bone_interior(), posed.display_skin(volume)), origin,
@@ -289,7 +295,8 @@ double reach(const BodyPoser& poser, const PageMotion& motion, std::vector<Eigen
 CarriedAnatomy carriers(const BodyPoser& poser, const PageMotion& motion)
 {
     std::vector<PosedBody> frames;
-    std::vector<Points> volumes;
+    std::vector<Points> volumes, anatomies;
+    const Points rest = anatomy_at_rest(poser.body_template(), *motion.body);
     const int num_frames = int(motion.poses.size()), num_methods = int(motion.methods.size());
     const int count = std::min(num_frames, std::max(2, max_fit_frames / num_methods));
     for (int k = 0; k < count; ++k) {
@@ -297,9 +304,10 @@ CarriedAnatomy carriers(const BodyPoser& poser, const PageMotion& motion)
         for (const PageMethod& method : motion.methods) {
             frames.push_back(poser.pose(*motion.body, motion.poses[f]));
             volumes.push_back(method.volume(f));
+            anatomies.push_back(anatomy_of(method, frames.back(), rest, volumes.back()));
         }
     }
-    return find_carriers(frames, volumes, carrier_tolerance);
+    return find_carriers(frames, volumes, anatomies, carrier_tolerance);
 }
 
 nlohmann::json flat(const Eigen::RowVector3d& point)

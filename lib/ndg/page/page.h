@@ -14,6 +14,9 @@ namespace ndg {
 struct PageMethod {
     std::string name;
     std::function<Points(int frame_idx)> volume;  ///< N_v x 3; asked for in any order
+    /// N_a x 3 of a posed body with that volume, where it is not PosedBody::anatomy that carries it. `rest`:
+    /// anatomy_at_rest of the body.
+    std::function<Points(const PosedBody& posed, const Points& rest, const Points& volume)> anatomy{};
 };
 
 struct PageMotion {

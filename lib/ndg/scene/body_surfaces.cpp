@@ -66,11 +66,17 @@ BodyGeometry rest_geometry(const Template& body_template, const Body& body)
 
 BodyGeometry posed_geometry(const PosedBody& posed, const Eigen::Ref<const Points>& deformed_volume)
 {
+    const Points at_rest = anatomy_at_rest(posed.body_template(), posed.body());
+    return posed_geometry(posed, deformed_volume, posed.anatomy(at_rest, deformed_volume));
+}
+
+BodyGeometry posed_geometry(const PosedBody& posed, const Eigen::Ref<const Points>& deformed_volume,
+                            const Eigen::Ref<const Points>& anatomy)
+{
     BodyGeometry geometry;
     geometry.skin_vertices = posed.display_skin(deformed_volume);
     geometry.volume_vertices = deformed_volume;
-    geometry.anatomy_vertices =
-        posed.anatomy(anatomy_at_rest(posed.body_template(), posed.body()), geometry.volume_vertices);
+    geometry.anatomy_vertices = anatomy;
     const Eigen::Vector3d forward = posed.world_from_rest()[0].linear().col(2);
     // A body lying down has no heading; it is then shown from +z.
     if (std::hypot(forward.x(), forward.z()) > 0.3) geometry.heading = std::atan2(forward.x(), forward.z());

@@ -22,6 +22,9 @@ BodyGeometry rest_geometry(const Template& body_template, const Body& body);
 /// `deformed_volume`: N_v x 3 from FEM or a prediction. Head, hands, toes and the inside of the bone wrap follow the
 /// pose by linear blend skinning. Throws Error for a wrong number of rows.
 BodyGeometry posed_geometry(const PosedBody& posed, const Eigen::Ref<const Points>& deformed_volume);
+/// The same with the anatomy (N_a x 3) given, for what does not carry it by the volume.
+BodyGeometry posed_geometry(const PosedBody& posed, const Eigen::Ref<const Points>& deformed_volume,
+                            const Eigen::Ref<const Points>& anatomy);
 /// The same with all volume vertices moved by linear blend skinning.
 BodyGeometry skinned_geometry(const PosedBody& posed);
 

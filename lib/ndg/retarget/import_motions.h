@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: Apache-2.0
+// Motion files of any kind as poses on a body: what import-motion writes and animate uses at once.
+#pragma once
+
+#include "ndg/core/tool.h"
+#include "ndg/retarget/retarget.h"
+#include "ndg/retarget/retarget_units.h"
+
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace ndg {
+
+/// Motions and the files that say how they fit the project's skeleton.
+struct MotionFiles {
+    std::vector<std::string> motions;  ///< find_motion_files lists what they may be
+    std::string joint_map;             ///< for all clips
+    std::string joint_maps;            ///< folder; each clip takes the one that fits its joints
+    std::string joint_limits;
+
+    /// --motion, --joint-map, --joint-maps and --joint-limits; the tool keeps references.
+    void add(Tool& tool, bool required);
+    /// The project's own maps and limits where none are given (find_project_config).
+    void complete();
+};
+
+struct MotionImportOptions {
+    RetargetOptions retarget;
+    ConventionOptions conventions;
+    /// Poses exactly `frame_rate` apart, by interpolation (resample_poses; keyframes are evaluated there). Otherwise
+    /// those frames of the file are kept that lie nearest.
+    bool interpolate = false;
+};
+void describe(OptionList& list, MotionImportOptions& options);
+
+struct ImportedMotions {
+    PoseSet poses;
+    std::vector<RetargetReport> reports;   ///< of the clips that were retargeted
+    int num_own = 0;                       ///< motions of our own (keyframes)
+    int num_copies = 0, num_unmapped = 0;  ///< left out: takes read before; clips of folders that no joint map fits
+    std::string licences;                  ///< of our own motions
+};
+
+/// All clips, one after the other, for a body with these rest joints (J x 3); `tell` gets a line about each. Throws
+/// InputError naming file and item: what cannot be read, a named file that no joint map fits, no pose at all.
+ImportedMotions import_motions(const MotionFiles& files, const MotionImportOptions& options,
+                               const Eigen::Ref<const Points>& joint_positions,
+                               const std::function<void(const std::string& line)>& tell);
+
+}  // namespace ndg
