@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ndg/body/pose_set.h"
 #include "ndg/core/error.h"
+#include "ndg/core/file.h"
 #include "ndg/core/tool.h"
 #include "ndg/dataset/deformation_file.h"
 #include "ndg/display/body_meshes.h"
+#include "ndg/display/body_rig.h"
 #include "ndg/display/body_volume.h"
 #include "ndg/display/sample_frames.h"
 #include "ndg/export/export_meshes.h"
@@ -162,6 +164,35 @@ MeshSequence mesh_sequence(const std::vector<Selection>& frames, const std::stri
     return sequence;
 }
 
+/// Puts the skin of a sequence on its skeleton; the sequence then has clips. Returns how near it comes.
+BodyRig add_rig(MeshSequence& sequence, const std::vector<Selection>& frames, const Inputs& inputs,
+                const RigOptions& options)
+{
+    const auto skin = std::find_if(sequence.meshes.begin(), sequence.meshes.end(),
+                                   [](const ExportedMesh& mesh) { return mesh.name == "skin"; });
+    require_input(skin != sequence.meshes.end(), "--rig moves the skin: --surface must be skin, all or parts");
+    require_input(options.kind == RigKind::skinning || frames[0].sample_idx >= 0,
+                  "--rig morphs needs --sample: what the morphs are fitted to");
+    const Body& body = inputs.bodies.bodies[frames[0].body_idx];
+    std::vector<Pose> poses;
+    std::vector<int> pose_indices;
+    for (const Selection& frame : frames) {
+        require_input(frame.body_idx == frames[0].body_idx, "--rig: frame {} is of body {}, the first of body {}",
+                      poses.size(), frame.body_idx, frames[0].body_idx);
+        poses.push_back(frame.pose_idx < 0 ? Pose::rest(inputs.poser.body_template().skeleton.num_joints())
+                                           : inputs.poses.poses[frame.pose_idx]);
+        pose_indices.push_back(frame.pose_idx);
+    }
+    BodyRig rig = body_rig(inputs.poser, body, poses, options, [&](int frame_idx) {
+        return inputs.poser.pose(body, poses[frame_idx])
+            .display_skin(inputs.files[0].points(frames[frame_idx].sample_idx));
+    });
+    rig.rig.mesh_idx = int(skin - sequence.meshes.begin());
+    sequence.rig = rig.rig;
+    if (frames.size() > 1) sequence.clips = pose_clips(inputs.poses, pose_indices);
+    return rig;
+}
+
 /// The first `count` poses, in the order they were sampled: the most different ones.
 Image poses_picture(const BodyPoser& poser, const BodySet& bodies, int body_idx, const PoseSet& poses, int count,
                     const ContactSheetSettings& settings)
@@ -180,7 +211,7 @@ int main(int argc, char** argv)
     Tool tool("export-scene", "Renders pictures of bodies and samples, and writes them as meshes for other programs",
               "export-scene --template template.h5 --bodies bodies.h5 --body 3 --picture layers.png "
               "--picture-kind layers --mesh body.glb");
-    std::string template_path, bodies_path, poses_path, reference_path, mesh_path, page_path, picture_path;
+    std::string template_path, bodies_path, poses_path, reference_path, mesh_path, page_path, picture_path, report_path;
     std::vector<std::string> deformation_paths;
     Selection asked;
     PosingOptions posing;
@@ -200,6 +231,7 @@ int main(int argc, char** argv)
     for (const ExportFormat& format : export_formats())
         formats += fmt::format("{}{} ({})", formats.empty() ? "" : ", ", format.extension, format.summary);
     tool.output("mesh", mesh_path, "The body with what lies inside, by extension " + formats, false);
+    tool.output("bake-report", report_path, "JSON: how near --rig morphs comes to the samples, mm a frame", false);
     tool.output("page", page_path,
                 "HTML page that shows the samples of --deformations in motion, several methods beside each other",
                 false);
@@ -219,6 +251,8 @@ int main(int argc, char** argv)
     tool.parameter("plane", section.kind, "Plane of the sections, for --picture-kind section");
     tool.parameter("through", section.joint, "Joint the plane goes through; empty: pelvis, left_upper_arm or spine_4");
     tool.parameter("offset", section.offset, "Metres from there to the left, forward or up", -2.0, 2.0);
+    RigOptions rig_options;
+    tool.options(rig_options);
     tool.options(posing);
     tool.parameter("view", settings.view, "Where the camera stands");
     tool.parameter("colour", colour, "Skin in plain colour or by volume change", {"plain", "volume"});
@@ -235,6 +269,8 @@ int main(int argc, char** argv)
     return tool.run(argc, argv, [&] {
         require_input(!mesh_path.empty() || !page_path.empty() || !picture_path.empty(),
                       "Give --picture, --mesh, --page or several of them");
+        require_input(report_path.empty() || rig_options.kind == RigKind::morphs, "--bake-report needs --rig morphs");
+        require_input(rig_options.kind == RigKind::none || !mesh_path.empty(), "--rig is for --mesh");
         sheet.view = settings.view;
         sheet.samples_per_axis = settings.samples_per_axis;
         if (height > 0) settings.height = sheet.cell_height = height;
@@ -267,12 +303,21 @@ int main(int argc, char** argv)
                 reference = open_deformations(reference_path, body_template.num_volume_vertices());
             }
             const InputPaths paths{template_path, bodies_path, deformation_paths};
+            const std::vector<Selection> frames = select_frames(asked, num_frames, inputs);
+            const Contents contents = export_format(mesh_path).contents;
             MeshSequence sequence =
-                mesh_sequence(select_frames(asked, num_frames, inputs), surface, settings, inputs, paths,
-                              reference ? &*reference : nullptr, export_format(mesh_path).contents);
+                mesh_sequence(frames, surface, settings, inputs, paths, reference ? &*reference : nullptr, contents);
+            BodyRig rig;
+            if (rig_options.kind != RigKind::none) {
+                require_input(contents == Contents::surfaces_and_rig, "--rig: {} holds no skeleton; .glb and .usda do",
+                              mesh_path);
+                rig = add_rig(sequence, frames, inputs, rig_options);
+            }
             sequence.credits = credits_of(tool.provenance());
             if (sequence.volume) sequence.volume->provenance = tool.provenance();
             export_meshes(mesh_path, sequence);
+            if (rig_options.kind == RigKind::morphs) std::cout << bake_table(rig.baked);
+            if (!report_path.empty()) write_file(report_path, bake_report(rig, rig_options));
             std::cout << mesh_path << "\n";
         }
         if (!page_path.empty()) {

@@ -5,6 +5,7 @@ import subprocess
 import sys
 
 import h5py  # Debian's python3-h5py
+import numpy
 
 
 class Checks:
@@ -45,6 +46,14 @@ class Motion:
              "--sample", "0", "--frames", str(self.frames), "--force", "--mesh", path, *arguments])
         return path
 
+    def rate(self):
+        """Frames a second, as export-scene takes them."""
+        poses = self.read("bent", "deformations/pairs")[:self.frames, 1]
+        steps = numpy.diff(self.read("poses", "poses/frame_idx")[poses])
+        clips = self.read("poses", "poses/clip_idx")[poses]
+        whole = len(set(clips)) == 1 and len(set(steps)) == 1 and steps[0] > 0
+        return self.read("poses", "clips/frame_rates")[clips[0]] / steps[0] if whole else 1.5
+
     def read(self, name, dataset):
         with h5py.File(self.files[name]) as file:
             return file[dataset][...]
@@ -55,3 +64,26 @@ def run(command):
     if done.returncode != 0:
         sys.exit(f"FAIL  {' '.join(command)}\n{done.stdout}")
     return done.stdout
+
+
+def skinned(motion, frame, influences=8):
+    """The whole skin of a sample by linear blend skinning, from what the files say (float64)."""
+    body, pose = motion.read("bent", "deformations/pairs")[frame]
+    positions = motion.read("bodies", "bodies/joint_positions")[body].astype(float)
+    parents = motion.read("template", "skeleton/parents")
+    rotations = motion.read("poses", "poses/rotations")[pose].reshape(-1, 3, 3).astype(float)
+    turns, places = numpy.zeros_like(rotations), numpy.zeros_like(positions)
+    for joint, parent in enumerate(parents):
+        if parent < 0:
+            turns[joint] = rotations[joint]
+            places[joint] = positions[joint] + motion.read("poses", "poses/root_translations")[pose]
+        else:
+            turns[joint] = turns[parent] @ rotations[joint]
+            places[joint] = places[parent] + turns[parent] @ (positions[joint] - positions[parent])
+    joints, weights = (motion.read("template", f"skin/{name}") for name in ("weight_joints", "weights"))
+    strongest = numpy.argsort(-weights, axis=1, kind="stable")[:, :influences]
+    joints, weights = numpy.take_along_axis(joints, strongest, 1), numpy.take_along_axis(weights, strongest, 1)
+    weights = weights / weights.sum(axis=1, keepdims=True)
+    rest = motion.read("bodies", "bodies/skin_vertices")[body].astype(float)
+    local = rest[:, None] - positions[joints]
+    return numpy.einsum("vj,vja->va", weights, numpy.einsum("vjab,vjb->vja", turns[joints], local) + places[joints])

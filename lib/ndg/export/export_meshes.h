@@ -12,8 +12,8 @@ namespace ndg {
 /// one file where it holds no place of a number.
 enum class Frames { numbered_files, one_file, by_name };
 
-/// What a format holds of a MeshSequence: its meshes, or its volume alone.
-enum class Contents { surfaces, volume };
+/// What a format holds of a MeshSequence: its meshes; its meshes, one of which may be on a skeleton; its volume alone.
+enum class Contents { surfaces, surfaces_and_rig, volume };
 
 /// A way to write meshes, chosen by the extension of the file name. The list is formats.def: a new format is a row
 /// there and a file that defines its writer.
