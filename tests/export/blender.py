@@ -14,6 +14,7 @@ from exported import Checks, Motion, skinned
 
 READER = """
 import bpy, numpy, sys
+numpy.bool = bool  # Debian's importer is older than Debian's numpy
 path, target, frames = sys.argv[-3:]
 bpy.ops.wm.read_factory_settings(use_empty=True)
 bpy.ops.import_scene.gltf(filepath=path, merge_vertices=False)
@@ -29,14 +30,14 @@ for frame, time in enumerate(float(t) for t in frames.split(",")):
     scene.frame_set(int(place), subframe=place - int(place))
     graph = bpy.context.evaluated_depsgraph_get()
     for item in bpy.data.objects:
-        if item.type != "MESH" or item.name.startswith("Icosphere"):
+        if item.type != "MESH" or item.data.name.startswith("Icosphere"):
             continue
         evaluated = item.evaluated_get(graph)
         mesh = evaluated.to_mesh()
         points = numpy.empty(3 * len(mesh.vertices), numpy.float32)
         mesh.vertices.foreach_get("co", points)
         points = points.reshape(-1, 3) @ numpy.array(evaluated.matrix_world.to_3x3()).T + numpy.array(evaluated.matrix_world.translation)
-        arrays[f"{frame}/{item.name}"] = numpy.stack([points[:, 0], points[:, 2], -points[:, 1]], 1)  # z up to y up
+        arrays[f"{frame}/{item.data.name}"] = numpy.stack([points[:, 0], points[:, 2], -points[:, 1]], 1)  # z up to y up
         evaluated.to_mesh_clear()
 numpy.savez(target, **arrays)
 """

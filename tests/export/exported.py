@@ -32,6 +32,8 @@ class Motion:
         self.files = dict(zip(names, files or [f"{folder}/{name}.h5" for name in names]))
         if files is None:
             run([self.bin + "/small-dataset", folder, "9", "12"])
+            with h5py.File(self.files["bodies"], "r+") as file:
+                file.attrs["licences"] = "A tube, CC0 1.0\nIts bends, CC BY 4.0"
             for name, method in (("lbs", "lbs"), ("bent", "gradient-skinning")):
                 run([self.bin + "/animate", *self.options("template", "bodies", "poses"), "--bone-wrap", "lbs", "--body", "1",
                      "--method", method, "--output", self.files[name]])
@@ -53,6 +55,10 @@ class Motion:
         clips = self.read("poses", "poses/clip_idx")[poses]
         whole = len(set(clips)) == 1 and len(set(steps)) == 1 and steps[0] > 0
         return self.read("poses", "clips/frame_rates")[clips[0]] / steps[0] if whole else 1.5
+
+    def licences(self):
+        with h5py.File(self.files["bodies"]) as file:
+            return file.attrs["licences"].split("\n")
 
     def read(self, name, dataset):
         with h5py.File(self.files[name]) as file:

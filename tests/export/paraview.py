@@ -79,6 +79,9 @@ with tempfile.TemporaryDirectory(prefix="ndg-export-") as folder:
     done = subprocess.run(["pvpython", "-c", READER, path, folder + "/read.npz"], stdout=subprocess.PIPE,
                           stderr=subprocess.STDOUT, text=True)
     check(done.returncode == 0 and "ERR" not in done.stdout, "ParaView reads the file without a complaint " + done.stdout)
+    with open(path) as file:
+        text = file.read()
+        check(all(line in text for line in motion.licences()), "the licences of the data are there")
     read = numpy.load(folder + "/read.npz")
     check(len(read["times"]) == motion.frames and numpy.allclose(numpy.diff(read["times"]), numpy.diff(read["times"])[0]),
           f"{len(read['times'])} times, equally far apart")

@@ -97,7 +97,9 @@ with tempfile.TemporaryDirectory(prefix="ndg-export-") as folder:
         check(largest < bound, f"{influences} influences: all 8 joints of a vertex move it at most {1e3 * largest:.3f} mm elsewhere")
         names = [glb.json["nodes"][k]["name"] for k in glb.json["skins"][0]["joints"]]
         check(names == [name.decode() for name in motion.read("template", "skeleton/joint_names")], "joints by name")
-        check(glb.json["asset"]["extras"]["units"] == "m" and "licences" in glb.json["asset"]["extras"], "unit and licences")
+        asset = glb.json["asset"]
+        check(asset["extras"]["units"] == "m" and asset["extras"]["licences"] == asset["copyright"] and
+              all(line in asset["copyright"] for line in motion.licences()), f"unit, and {len(motion.licences())} lines of licences")
     check(max(abs(points - rest).max() for points in exact) > 0.05, "the skin moves")
 
     report = folder + "/bake.json"

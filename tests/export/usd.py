@@ -155,7 +155,7 @@ with tempfile.TemporaryDirectory(prefix="ndg-export-") as folder:
             stages[name] = Parser(file.read()).stage()
         told = stages[name].metadata
         check(told["metersPerUnit"] == 1 and told["upAxis"] == "Y" and told["endTimeCode"] == motion.frames - 1 and
-              "licences" in told["customLayerData"] and told["defaultPrim"] == "body", f"{name}: metre, y up, times, licences")
+              all(line in told["customLayerData"]["licences"] for line in motion.licences()) and told["defaultPrim"] == "body", f"{name}: metre, y up, times, licences")
     deformed = motion.read("bent", "deformations/vertices").astype(float)
     wrap_to_skin = motion.read("template", "volume/wrap_to_skin")
     num_wrap = len(wrap_to_skin)
