@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""GLB files as Blender imports them: blender.py BUILD [TEMPLATE BODIES POSES SAMPLES OTHER_SAMPLES]. Vertices of its evaluated
+"""GLB files, and OBJ with a point cache, as Blender imports them: blender.py BUILD [TEMPLATE BODIES POSES SAMPLES OTHER_SAMPLES]. Vertices of its evaluated
 meshes at the frames of the clip, against samples and our own skinning. Exits 77 (skipped) without Blender (apt-get install
 blender)."""
 import shutil
@@ -43,14 +43,36 @@ numpy.savez(target, **arrays)
 """
 
 
+CACHE_READER = """
+import bpy, numpy, sys
+bpy.ops.wm.read_factory_settings(use_empty=True)
+obj, cache, target = sys.argv[-3:]
+bpy.ops.wm.obj_import(filepath=obj)
+skin = bpy.context.selected_objects[0]
+modifier = skin.modifiers.new("cache", "MESH_CACHE")
+modifier.cache_format, modifier.filepath, modifier.frame_start = "PC2", cache, 0
+arrays = []
+for frame in range(6):
+    bpy.context.scene.frame_set(frame)
+    mesh = skin.evaluated_get(bpy.context.evaluated_depsgraph_get()).to_mesh()
+    points = numpy.empty(3 * len(mesh.vertices), numpy.float32)
+    mesh.vertices.foreach_get("co", points)
+    arrays.append(points.reshape(-1, 3))
+numpy.savez(target, points=arrays)
+"""
+
+
+def run_blender(script, *arguments):
+    done = subprocess.run(["blender", "-b", "--factory-startup", "--python-exit-code", "1", "--python-expr", script, "--", *arguments],
+                          stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    if done.returncode != 0:
+        sys.exit("FAIL  " + done.stdout)
+
+
 def read(path, rate, frames):
     """Points of every mesh by frame and name, y up."""
     target = path + ".npz"
-    times = ",".join(str(frame / rate) for frame in frames)
-    done = subprocess.run(["blender", "-b", "--factory-startup", "--python-exit-code", "1", "--python-expr", READER, "--", path,
-                           target, times], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
-    if done.returncode != 0:
-        sys.exit("FAIL  " + done.stdout)
+    run_blender(READER, path, target, ",".join(str(frame / rate) for frame in frames))
     return numpy.load(target)
 
 
@@ -66,6 +88,9 @@ with tempfile.TemporaryDirectory(prefix="ndg-export-") as folder:
     anatomy = read(motion.export("anatomy.glb", "--surface=parts"), rate, frames)
     alone = read(motion.export("skinned.glb", "--surface=skin", "--rig=skinning"), rate, frames)
     baked = read(motion.export("baked.glb", "--surface=skin", "--rig=morphs", "--morphs=3"), rate, frames)
+    obj = motion.export("skin.obj", "--surface=skin", frames=1)
+    run_blender(CACHE_READER, obj, motion.export("skin.pc2", "--surface=skin"), folder + "/cache.npz")
+    cached = numpy.load(folder + "/cache.npz")["points"]
     parts = {name: range_ for name, range_ in zip((n.decode() for n in motion.read("template", "anatomy/part_names")),
                                                   motion.read("template", "anatomy/part_ranges"))}
     for k, frame in enumerate(frames):
@@ -74,6 +99,7 @@ with tempfile.TemporaryDirectory(prefix="ndg-export-") as folder:
         check(abs(anatomy[f"{k}/skin"] - body).max() < 1e-4 and
               abs(anatomy[f"{k}/muscle_wrap"] - deformed[frame, num_wrap:2 * num_wrap]).max() < 1e-4,
               f"frame {frame}: skin and muscle wrap are those of the samples, to {1e3 * abs(anatomy[f'{k}/skin'] - body).max():.4f} mm")
+        check(abs(cached[frame] - body).max() < 2e-6, f"frame {frame}: a mesh cache of the .pc2 moves the .obj there")
         found = [name for name in parts if f"{k}/{name[:63]}" in anatomy and len(anatomy[f"{k}/{name[:63]}"]) == parts[name][1] - parts[name][0]]
         check(len(found) == len(parts), f"frame {frame}: {len(found)} of {len(parts)} bones and muscles are meshes of their names")
         error = abs(alone[f"{k}/skin"] - skinned(motion, frame, 4)).max()

@@ -41,11 +41,11 @@ class Motion:
     def options(self, *names):
         return [part for name in names for part in (f"--{name}", self.files[name])]
 
-    def export(self, name, *arguments, samples="bent"):
+    def export(self, name, *arguments, frames=None):
         """Path of what export-scene makes of the samples' first frames."""
         path = f"{self.folder}/{name}"
-        run([self.bin + "/export-scene", *self.options("template", "bodies", "poses"), "--deformations", self.files[samples],
-             "--sample", "0", "--frames", str(self.frames), "--force", "--mesh", path, *arguments])
+        run([self.bin + "/export-scene", *self.options("template", "bodies", "poses"), "--deformations", self.files["bent"],
+             "--sample", "0", "--frames", str(frames or self.frames), "--force", "--mesh", path, *arguments])
         return path
 
     def rate(self):

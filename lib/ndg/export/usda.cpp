@@ -229,6 +229,8 @@ public:
         attribute("half3[] scales", list(rig.num_joints(), [](std::string& text, int) { text += "(1, 1, 1)"; }));
         if (!rig.morphs.empty()) {
             attribute("uniform token[] blendShapes", names(morph_names(rig)));
+            // Some readers want the value outside of time too.
+            attribute("float[] blendShapeWeights", numbers(RowMatrix::Zero(1, Eigen::Index(rig.morphs.size()))));
             samples("float[] blendShapeWeights", [&](int f) { return numbers(rig.morph_weights.row(f)); });
         }
         close();
