@@ -25,7 +25,7 @@ SHELL := /bin/bash
 BIN := $(BUILD)/bin
 CMAKE_FLAGS = -G Ninja $(if $(DATA),-DNDG_DATA="$(abspath $(DATA))")
 
-.PHONY: help deps build test test-asan demo templates bodies poses dataset train tables bench format format-check tidy clean
+.PHONY: help deps build test test-export test-asan demo templates bodies poses dataset train tables bench format format-check tidy clean
 
 help: ## list the targets and variables
 	@printf 'Targets:\n'; grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sort | sed -E 's/^([a-z-]+):.*## /  \1\t/' | expand -t 16
@@ -45,6 +45,12 @@ build: ## configure and build everything (Release)
 test: build ## build and run all tests (Release); DATA=<folder> adds those on real bodies and motions
 	@test "$$(id -u)" != 0 || pipelines/install-packages.sh --quiet slurm-wlm munge
 	ctest --test-dir $(BUILD) --output-on-failure --no-tests=error
+
+# ParaView's Python brings a VTK that reads XDMF, which Debian's python3-vtk9 does not.
+test-export: build ## files for other programs, read back by ParaView, Blender, the Khronos validator and numpy (installs them)
+	@pipelines/install-packages.sh --quiet paraview python3-paraview blender nodejs npm
+	@cd viewer && npm ci --no-audit --no-fund --silent
+	ctest --test-dir $(BUILD) --output-on-failure --no-tests=error -R '^export'
 
 test-asan: ## the tests that need no libtorch, under address and undefined-behaviour sanitizers
 	@pipelines/install-packages.sh --quiet

@@ -1,14 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ndg/body/pose_set.h"
 #include "ndg/core/error.h"
+#include "ndg/core/file.h"
 #include "ndg/core/tool.h"
 #include "ndg/dataset/deformation_file.h"
 #include "ndg/display/body_meshes.h"
+#include "ndg/display/body_rig.h"
+#include "ndg/display/body_volume.h"
 #include "ndg/display/sample_frames.h"
 #include "ndg/export/export_meshes.h"
 #include "ndg/scene/contact_sheet.h"
 #include "ndg/scene/error_pictures.h"
 #include "ndg/scene/pictures.h"
+
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <filesystem>
@@ -67,26 +72,125 @@ int remaining_frames(const Selection& asked, const PoseSet& poses, const std::ve
     return asked.pose_idx < 0 ? 1 : std::max(1, poses.size() - asked.pose_idx);
 }
 
-/// `num_frames` poses or samples from `asked` on. Keeps a reference to `inputs`.
-MeshSequence mesh_sequence(const Selection& asked, int num_frames, const std::string& surface,
-                           const PictureSettings& settings, const Inputs& inputs)
+/// `num_frames` poses or samples from `asked` on.
+std::vector<Selection> select_frames(const Selection& asked, int num_frames, const Inputs& inputs)
 {
     require_input(num_frames == 1 || asked.pose_idx >= 0 || asked.sample_idx >= 0,
                   "--frames {} needs --pose or --sample to start from", num_frames);
-    const auto selected = [asked, &inputs](int frame_idx) {
+    std::vector<Selection> frames;
+    for (int k = 0; k < num_frames; ++k) {
         Selection selection = asked;
-        (asked.sample_idx >= 0 ? selection.sample_idx : selection.pose_idx) += frame_idx;
-        return select(selection, inputs);
-    };
-    std::vector<int> pose_indices;
-    for (int k = 0; k < num_frames; ++k) pose_indices.push_back(selected(k).pose_idx);
-    MeshSequence sequence =
-        body_meshes(inputs.poser.body_template(), surface, settings, num_frames, [selected, &inputs](int frame_idx) {
-            const Selection selection = selected(frame_idx);
+        (asked.sample_idx >= 0 ? selection.sample_idx : selection.pose_idx) += k;
+        frames.push_back(select(selection, inputs));
+    }
+    return frames;
+}
+
+/// Where the inputs stand, for formats that refer to them.
+struct InputPaths {
+    std::string body_template, bodies;
+    std::vector<std::string> deformations;
+};
+
+/// One frame's volume, and where it stands on disk.
+BodyVolume volume_of(const Selection& selection, const Inputs& inputs, const InputPaths& paths,
+                     const DeformationSet* reference)
+{
+    BodyVolume shown;
+    shown.body = &inputs.bodies.bodies[selection.body_idx];
+    const std::size_t num_vertices = std::size_t(shown.body->volume_vertices.rows());
+    if (selection.pose_idx < 0) {
+        shown.volume_vertices = shown.body->volume_vertices;
+        shown.interior_vertices = shown.body->interior_vertices;
+        shown.stored = {paths.bodies,
+                        "/bodies/volume_vertices",
+                        {inputs.bodies.bodies.size(), num_vertices, 3},
+                        selection.body_idx};
+        return shown;
+    }
+    const PosedBody posed = inputs.poser.pose(*shown.body, inputs.poses.poses[selection.pose_idx]);
+    shown.interior_vertices = posed.bone_interior();
+    if (selection.sample_idx < 0) {
+        shown.volume_vertices = posed.skinned_volume();
+        return shown;
+    }
+    const DeformationSet& file = inputs.files[0];
+    shown.volume_vertices = file.points(selection.sample_idx);
+    shown.stored = {paths.deformations[0],
+                    "/deformations/vertices",
+                    {file.num_slices(), num_vertices, 3},
+                    int(file.first_slice(selection.sample_idx))};
+    if (reference == nullptr) return shown;
+    const SamplePair& pair = file.pairs[selection.sample_idx];
+    const auto found = std::find(reference->pairs.begin(), reference->pairs.end(), pair);
+    require_input(found != reference->pairs.end(), "the --reference file has no sample of {}", describe(pair));
+    shown.reference = reference->points(int(found - reference->pairs.begin()));
+    return shown;
+}
+
+/// Of the layers, as the tool that made the samples says in its config.
+LayerStiffness stiffness_of(const DeformationSet& file)
+{
+    LayerStiffness stiffness;
+    const nlohmann::json configs = nlohmann::json::parse(file.file->file().attribute("config"));
+    for (const nlohmann::json& config : configs) {
+        stiffness.young_muscle = config.value("young_muscle", stiffness.young_muscle);
+        stiffness.young_fat = config.value("young_fat", stiffness.young_fat);
+    }
+    return stiffness;
+}
+
+/// What --mesh writes. Keeps references to all but the frames.
+MeshSequence mesh_sequence(const std::vector<Selection>& frames, const std::string& surface,
+                           const PictureSettings& settings, const Inputs& inputs, const InputPaths& paths,
+                           const DeformationSet* reference, Contents contents)
+{
+    const Template& body_template = inputs.poser.body_template();
+    MeshSequence sequence;
+    if (contents == Contents::volume) {
+        sequence.num_frames = int(frames.size());
+        sequence.volume = body_volume(
+            body_template, paths.body_template, inputs.files.empty() ? LayerStiffness() : stiffness_of(inputs.files[0]),
+            [=, &inputs, &paths](int frame_idx) { return volume_of(frames[frame_idx], inputs, paths, reference); });
+    } else {
+        sequence = body_meshes(body_template, surface, settings, int(frames.size()), [frames, &inputs](int frame_idx) {
+            const Selection& selection = frames[frame_idx];
             return BodyFrame{&inputs.bodies.bodies[selection.body_idx], geometry_of(selection, inputs)};
         });
-    if (num_frames > 1) sequence.frame_rate = shown_frame_rate(inputs.poses, pose_indices);
+    }
+    std::vector<int> pose_indices;
+    for (const Selection& frame : frames) pose_indices.push_back(frame.pose_idx);
+    if (frames.size() > 1) sequence.frame_rate = shown_frame_rate(inputs.poses, pose_indices);
     return sequence;
+}
+
+/// Puts the skin of a sequence on its skeleton; the sequence then has clips. Returns how near it comes.
+BodyRig add_rig(MeshSequence& sequence, const std::vector<Selection>& frames, const Inputs& inputs,
+                const RigOptions& options)
+{
+    const auto skin = std::find_if(sequence.meshes.begin(), sequence.meshes.end(),
+                                   [](const ExportedMesh& mesh) { return mesh.name == "skin"; });
+    require_input(skin != sequence.meshes.end(), "--rig moves the skin: --surface must be skin, all or parts");
+    require_input(options.kind == RigKind::skinning || frames[0].sample_idx >= 0,
+                  "--rig morphs needs --sample: what the morphs are fitted to");
+    const Body& body = inputs.bodies.bodies[frames[0].body_idx];
+    std::vector<Pose> poses;
+    std::vector<int> pose_indices;
+    for (const Selection& frame : frames) {
+        require_input(frame.body_idx == frames[0].body_idx, "--rig: frame {} is of body {}, the first of body {}",
+                      poses.size(), frame.body_idx, frames[0].body_idx);
+        poses.push_back(frame.pose_idx < 0 ? Pose::rest(inputs.poser.body_template().skeleton.num_joints())
+                                           : inputs.poses.poses[frame.pose_idx]);
+        pose_indices.push_back(frame.pose_idx);
+    }
+    BodyRig rig = body_rig(inputs.poser, body, poses, options, [&](int frame_idx) {
+        return inputs.poser.pose(body, poses[frame_idx])
+            .display_skin(inputs.files[0].points(frames[frame_idx].sample_idx));
+    });
+    rig.rig.mesh_idx = int(skin - sequence.meshes.begin());
+    sequence.rig = rig.rig;
+    if (frames.size() > 1) sequence.clips = pose_clips(inputs.poses, pose_indices);
+    return rig;
 }
 
 /// The first `count` poses, in the order they were sampled: the most different ones.
@@ -107,7 +211,7 @@ int main(int argc, char** argv)
     Tool tool("export-scene", "Renders pictures of bodies and samples, and writes them as meshes for other programs",
               "export-scene --template template.h5 --bodies bodies.h5 --body 3 --picture layers.png "
               "--picture-kind layers --mesh body.glb");
-    std::string template_path, bodies_path, poses_path, mesh_path, page_path, picture_path;
+    std::string template_path, bodies_path, poses_path, reference_path, mesh_path, page_path, picture_path, report_path;
     std::vector<std::string> deformation_paths;
     Selection asked;
     PosingOptions posing;
@@ -122,10 +226,12 @@ int main(int argc, char** argv)
     tool.input("bodies", bodies_path, "Layered bodies");
     tool.input("poses", poses_path, "Poses, for --pose, --sample, frames and poses", false);
     tool.input("deformations", deformation_paths, "Samples or predictions; several for frames", false);
+    tool.input("reference", reference_path, "Samples of the same bodies and poses by which .xdmf has an error", false);
     std::string formats;
     for (const ExportFormat& format : export_formats())
         formats += fmt::format("{}{} ({})", formats.empty() ? "" : ", ", format.extension, format.summary);
     tool.output("mesh", mesh_path, "The body with what lies inside, by extension " + formats, false);
+    tool.output("bake-report", report_path, "JSON: how near --rig morphs comes to the samples, mm a frame", false);
     tool.output("page", page_path,
                 "HTML page that shows the samples of --deformations in motion, several methods beside each other",
                 false);
@@ -145,6 +251,8 @@ int main(int argc, char** argv)
     tool.parameter("plane", section.kind, "Plane of the sections, for --picture-kind section");
     tool.parameter("through", section.joint, "Joint the plane goes through; empty: pelvis, left_upper_arm or spine_4");
     tool.parameter("offset", section.offset, "Metres from there to the left, forward or up", -2.0, 2.0);
+    RigOptions rig_options;
+    tool.options(rig_options);
     tool.options(posing);
     tool.parameter("view", settings.view, "Where the camera stands");
     tool.parameter("colour", colour, "Skin in plain colour or by volume change", {"plain", "volume"});
@@ -161,6 +269,8 @@ int main(int argc, char** argv)
     return tool.run(argc, argv, [&] {
         require_input(!mesh_path.empty() || !page_path.empty() || !picture_path.empty(),
                       "Give --picture, --mesh, --page or several of them");
+        require_input(report_path.empty() || rig_options.kind == RigKind::morphs, "--bake-report needs --rig morphs");
+        require_input(rig_options.kind == RigKind::none || !mesh_path.empty(), "--rig is for --mesh");
         sheet.view = settings.view;
         sheet.samples_per_axis = settings.samples_per_axis;
         if (height > 0) settings.height = sheet.cell_height = height;
@@ -187,9 +297,27 @@ int main(int argc, char** argv)
         const BodyPoser poser(body_template, posing);
         const Inputs inputs{poser, bodies, poses, files};
         if (!mesh_path.empty()) {
-            MeshSequence sequence = mesh_sequence(asked, num_frames, surface, settings, inputs);
+            std::optional<DeformationSet> reference;
+            if (!reference_path.empty()) {
+                require_input(asked.sample_idx >= 0, "--reference needs --sample: what is compared with it");
+                reference = open_deformations(reference_path, body_template.num_volume_vertices());
+            }
+            const InputPaths paths{template_path, bodies_path, deformation_paths};
+            const std::vector<Selection> frames = select_frames(asked, num_frames, inputs);
+            const Contents contents = export_format(mesh_path).contents;
+            MeshSequence sequence =
+                mesh_sequence(frames, surface, settings, inputs, paths, reference ? &*reference : nullptr, contents);
+            BodyRig rig;
+            if (rig_options.kind != RigKind::none) {
+                require_input(contents == Contents::surfaces_and_rig, "--rig: {} holds no skeleton; .glb and .usda do",
+                              mesh_path);
+                rig = add_rig(sequence, frames, inputs, rig_options);
+            }
             sequence.credits = credits_of(tool.provenance());
+            if (sequence.volume) sequence.volume->provenance = tool.provenance();
             export_meshes(mesh_path, sequence);
+            if (rig_options.kind == RigKind::morphs) std::cout << bake_table(rig.baked);
+            if (!report_path.empty()) write_file(report_path, bake_report(rig, rig_options));
             std::cout << mesh_path << "\n";
         }
         if (!page_path.empty()) {

@@ -26,7 +26,7 @@ TEST_CASE("Every format of the table writes one frame under the name it is given
         CHECK_FALSE(format.summary.empty());
         CHECK_THROWS_WITH(export_format("x.fbx"), Catch::Contains("'.fbx'") && Catch::Contains(format.extension));
         const std::string path = folder.file("X" + format.extension);
-        export_meshes(path, body_like());
+        export_meshes(path, format.contents == Contents::volume ? test::volume_like() : body_like());
         CHECK(std::filesystem::file_size(path) > 0);
         CHECK(exported_files(path, 1) == std::vector<std::string>{path});
     }
@@ -159,5 +159,25 @@ TEST_CASE("Malformed sequences are refused")
     refused(spoiled([](MeshFrames& f, int) { f[2].scalars["depth"].resize(2); }), "depth of muscle_wrap is not one");
     refused(spoiled([](MeshFrames& f, int i) { f[0].vertices.conservativeResizeLike(Points::Zero(4 + i, 3)); }),
             "skin has 5 vertices in frame 1 instead of 4");
+    CHECK(std::filesystem::is_empty(folder.path()));
+}
+
+TEST_CASE("Rigs that do not fit are refused, and so are formats that hold none")
+{
+    const TemporaryFolder folder;
+    const auto refused = [&](const auto& spoil, const std::string& message) {
+        MeshSequence sequence = test::rig_like(2);
+        spoil(*sequence.rig);
+        for (const std::string name : {"x.glb", "x.usda"})
+            CHECK_THROWS_WITH(export_meshes(folder.file(name), sequence), Catch::Contains(message));
+    };
+    refused([](Rig& rig) { rig.mesh_idx = 3; }, "the rig's mesh does not fit");
+    refused([](Rig& rig) { rig.parents[1] = 1; }, "the parent of joint spine_1 is 1");
+    refused([](Rig& rig) { rig.weight_joints(0, 0) = 2; }, "the rig's weights");
+    refused([](Rig& rig) { rig.weights(3, 1) = 0.25; }, "weights do not sum to one");
+    refused([](Rig& rig) { rig.rotations.pop_back(); }, "the rig has 1 frames instead of 2");
+    refused([](Rig& rig) { rig.morphs[0].conservativeResize(3, 3); }, "a morph does not fit");
+    CHECK_THROWS_WITH(export_meshes(folder.file("x.ply"), test::rig_like()), Catch::Contains("cannot hold a skeleton"));
+    CHECK_THROWS_AS(export_meshes(folder.file("x_{}.glb"), test::rig_like(2)), InputError);
     CHECK(std::filesystem::is_empty(folder.path()));
 }

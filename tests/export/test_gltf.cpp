@@ -207,3 +207,58 @@ TEST_CASE("Several frames become one animation: rigid meshes turn their node, ot
     CHECK(exported_files("a.glb", 3) == std::vector<std::string>{"a.glb"});
     CHECK(exported_files("a_{}.glb", 2) == std::vector<std::string>{"a_0.glb", "a_1.glb"});
 }
+
+TEST_CASE("A rig becomes a skin of joints; clips become animations, each with its own frames")
+{
+    const test::TemporaryFolder folder;
+    MeshSequence sequence = test::rig_like(5);
+    sequence.clips = {{"walk", 0, 3, 10.0}, {"run", 3, 5, 20.0}};
+    export_meshes(folder.file("a.glb"), sequence);
+    tinygltf::Model model;
+    std::string error, warning;
+    REQUIRE(tinygltf::TinyGLTF().LoadBinaryFromFile(&model, &error, &warning, folder.file("a.glb")));
+    const auto floats = [&](int accessor_idx) {
+        const tinygltf::Accessor& accessor = model.accessors[accessor_idx];
+        std::vector<float> values(accessor.count *
+                                  std::size_t(tinygltf::GetNumComponentsInType(std::uint32_t(accessor.type))));
+        std::memcpy(values.data(), model.buffers[0].data.data() + model.bufferViews[accessor.bufferView].byteOffset,
+                    4 * values.size());
+        return values;
+    };
+    REQUIRE(model.skins.size() == 1);
+    const std::vector<int>& joints = model.skins[0].joints;
+    REQUIRE(joints.size() == 2);
+    CHECK(model.nodes[joints[0]].name == "pelvis");
+    CHECK(model.nodes[joints[0]].children == std::vector<int>{joints[1]});
+    CHECK(model.nodes[joints[1]].translation == std::vector<double>{0, 0.5, 0});
+    CHECK(floats(model.skins[0].inverseBindMatrices)[16 + 13] == -0.75f);
+    const auto skin =
+        std::find_if(model.nodes.begin(), model.nodes.end(), [](const tinygltf::Node& node) { return node.skin == 0; });
+    REQUIRE(skin != model.nodes.end());
+    CHECK(skin->name == "skin");
+    const tinygltf::Primitive& primitive = model.meshes[skin->mesh].primitives[0];
+    CHECK(primitive.attributes.count("JOINTS_0") == 1);
+    CHECK(primitive.attributes.count("JOINTS_1") == 0);
+    CHECK(floats(primitive.attributes.at("WEIGHTS_0"))[4] == 0.75f);
+    CHECK(primitive.targets.size() == 1);
+
+    REQUIRE(model.animations.size() == 2);
+    CHECK(model.animations[1].name == "run");
+    int found = 0;
+    for (const tinygltf::AnimationChannel& channel : model.animations[1].channels) {
+        const tinygltf::AnimationSampler& sampler = model.animations[1].samplers[channel.sampler];
+        CHECK(floats(sampler.input) == std::vector<float>{0.0f, 0.05f});
+        if (channel.target_path == "rotation" && channel.target_node == joints[1]) {
+            CHECK(floats(sampler.output)[2] == Approx(std::sin(0.75)));
+            ++found;
+        }
+        if (channel.target_path == "translation" && channel.target_node == joints[0]) {
+            CHECK(floats(sampler.output)[1] == 0.75f);
+            ++found;
+        }
+        // The bones beside move by five frames' targets, or as a whole.
+        if (channel.target_path == "weights" && channel.target_node != int(skin - model.nodes.begin()))
+            CHECK(floats(sampler.output).size() == 2 * 4);
+    }
+    CHECK(found == 2);
+}

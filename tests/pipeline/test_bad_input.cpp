@@ -100,3 +100,27 @@ TEST_CASE("missing files and unknown options are refused", "[pipeline]")
     CHECK_THAT(refused(tool_path("make-splits") + " --no-such-option 3"), Contains("no-such-option"));
     CHECK_THAT(refused(tool_path("make-splits")), Contains("make-splits"));
 }
+
+TEST_CASE("exports that cannot be are refused before anything is written", "[pipeline]")
+{
+    const TemporaryFolder folder;
+    REQUIRE(run_command(tool_path("small-dataset") + " " + folder.path() + " 5 6").exit_code == 0);
+    const std::size_t inputs = files_in(folder.path());
+    const auto refuses = [&](const std::string& arguments, const std::string& word) {
+        CHECK_THAT(refused(tool_path("export-scene") + " --bone-wrap lbs --template " + folder.file("template.h5") +
+                           " --bodies " + folder.file("bodies.h5") + " --poses " + folder.file("poses.h5") +
+                           " --mesh " + folder.file(arguments)),
+                   Contains(word));
+        CHECK(files_in(folder.path()) == inputs);
+    };
+    refuses("x.fbx", "known are .glb");
+    refuses("template.h5/x.usda", "template.h5");
+    refuses("x.ply --pose 0 --frames 2", "{:04}");
+    refuses("x.glb --sample 0", "needs exactly one --deformations file");
+    refuses("x.glb --pose 1000", "Pose 1000");
+    refuses("x.ply --rig skinning --pose 0", "holds no skeleton");
+    refuses("x.glb --rig skinning --surface bones --pose 0", "--surface must be skin");
+    refuses("x.glb --rig morphs --pose 0", "needs --sample");
+    refuses("x.glb --rig skinning --influences 5 --pose 0", "4 or 8");
+    refuses("x.xdmf --pose 0 --reference " + folder.file("poses.h5"), "--reference needs --sample");
+}

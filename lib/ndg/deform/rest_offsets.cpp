@@ -8,21 +8,35 @@
 
 namespace ndg {
 
-namespace {
-
-Eigen::Matrix<double, 3, 4> blended_motion(const SkinningWeights& weights, const PosedBody& posed, int vertex)
+Eigen::Matrix<double, 3, 4> blended_motion(const SkinningWeights& weights,
+                                           const std::vector<Eigen::Isometry3d>& world_from_rest, int vertex)
 {
     Eigen::Matrix<double, 3, 4> blend = Eigen::Matrix<double, 3, 4>::Zero();
     for (int k = 0; k < max_influences; ++k)
-        blend += weights.weights(vertex, k) * posed.world_from_rest()[weights.joints(vertex, k)].matrix().topRows<3>();
+        blend += weights.weights(vertex, k) * world_from_rest[weights.joints(vertex, k)].matrix().topRows<3>();
     return blend;
 }
 
-}  // namespace
+Points rest_offsets(const Eigen::Ref<const Points>& rest, const SkinningWeights& weights,
+                    const std::vector<Eigen::Isometry3d>& world_from_rest, const Eigen::Ref<const Points>& deformed)
+{
+    require(deformed.rows() == rest.rows() && weights.size() == rest.rows(),
+            "{} deformed vertices, the body at rest has {}", deformed.rows(), rest.rows());
+    Points offsets(rest.rows(), 3);
+    for (int v = 0; v < int(rest.rows()); ++v) {
+        const Eigen::Matrix<double, 3, 4> blend = blended_motion(weights, world_from_rest, v);
+        const Eigen::Vector3d skinned = blend * rest.row(v).transpose().homogeneous();
+        const Eigen::Vector3d offset = bounded_inverse(blend.leftCols<3>()) * (deformed.row(v).transpose() - skinned);
+        offsets.row(v) = offset.transpose();
+    }
+    return offsets;
+}
 
 RestOffsets::RestOffsets(const Template& body_template)
     : num_wrap_(body_template.num_wrap_vertices()), weights_(body_template.volume_weights())
 {
+    free_weights_.joints = weights_.joints.bottomRows(num_vertices());
+    free_weights_.weights = weights_.weights.bottomRows(num_vertices());
 }
 
 Points RestOffsets::offsets(const PosedBody& posed, const Eigen::Ref<const PointsF>& vertices) const
@@ -30,16 +44,8 @@ Points RestOffsets::offsets(const PosedBody& posed, const Eigen::Ref<const Point
     const Points& rest = posed.body().volume_vertices;
     require(vertices.rows() == rest.rows(), "{} deformed vertices, the body at rest has {}", vertices.rows(),
             rest.rows());
-    Points offsets(num_vertices(), 3);
-    for (int i = 0; i < num_vertices(); ++i) {
-        const int v = num_wrap_ + i;
-        const Eigen::Matrix<double, 3, 4> blend = blended_motion(weights_, posed, v);
-        const Eigen::Vector3d skinned = blend * rest.row(v).transpose().homogeneous();
-        const Eigen::Vector3d moved = vertices.row(v).transpose().cast<double>();
-        const Eigen::Vector3d offset = bounded_inverse(blend.leftCols<3>()) * (moved - skinned);
-        offsets.row(i) = offset.transpose();
-    }
-    return offsets;
+    return rest_offsets(rest.bottomRows(num_vertices()), free_weights_, posed.world_from_rest(),
+                        vertices.bottomRows(num_vertices()).cast<double>());
 }
 
 Points RestOffsets::vertices(const PosedBody& posed, const Eigen::Ref<const Points>& offsets) const

@@ -10,6 +10,13 @@
 
 namespace ndg {
 
+/// What takes any skinned vertices at rest to deformed ones, N x 3, by bounded_inverse().
+Points rest_offsets(const Eigen::Ref<const Points>& rest, const SkinningWeights& weights,
+                    const std::vector<Eigen::Isometry3d>& world_from_rest, const Eigen::Ref<const Points>& deformed);
+/// The blended motions of a vertex's joints, which skinning applies to it.
+Eigen::Matrix<double, 3, 4> blended_motion(const SkinningWeights& weights,
+                                           const std::vector<Eigen::Isometry3d>& world_from_rest, int vertex);
+
 /// Of the free vertices (muscle wrap, then skin; 2 N_w x 3, m); the bone wrap is that of the posed body.
 class RestOffsets {
 public:
@@ -23,7 +30,8 @@ public:
 
 private:
     int num_wrap_;
-    SkinningWeights weights_;  ///< of the volume vertices
+    SkinningWeights weights_;       ///< of the volume vertices
+    SkinningWeights free_weights_;  ///< of the free ones among them
 };
 
 /// Smallest stretch of a blend of joint motions that is undone as it is.

@@ -2,6 +2,7 @@
 #include "ndg/display/body_meshes.h"
 
 #include "ndg/core/error.h"
+#include "ndg/io/licences.h"
 #include "ndg/scene/colour_map.h"
 
 #include <algorithm>
@@ -105,12 +106,7 @@ MeshSequence body_meshes(const Template& body_template, const std::string& choic
 std::string credits_of(const Provenance& provenance)
 {
     std::string credits;
-    const auto add = [&credits](const std::string& licences) {
-        if (!licences.empty() && credits.find(licences) == std::string::npos)
-            credits += (credits.empty() ? "" : "; ") + licences;
-    };
-    for (const Provenance::Input& file : provenance.inputs) add(file.licences);
-    add(provenance.licences);
+    for (const char c : merged_licences(provenance)) credits += c == '\n' ? "; " : std::string(1, c);
     return credits;
 }
 

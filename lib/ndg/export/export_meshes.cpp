@@ -9,7 +9,8 @@
 
 namespace ndg {
 
-#define NDG_EXPORT_FORMAT(extension, frames, write, summary) void write(const std::string&, const MeshSequence&);
+#define NDG_EXPORT_FORMAT(extension, frames, contents, write, summary) \
+    void write(const std::string&, const MeshSequence&);
 #include "ndg/export/formats.def"
 #undef NDG_EXPORT_FORMAT
 
@@ -27,6 +28,34 @@ void check_meshes(const std::string& path, const MeshSequence& sequence)
         require(mesh.opacity >= 0.0f && mesh.opacity <= 1.0f, "{}: the opacity of {} is {}, not in [0, 1]", path,
                 mesh.name, mesh.opacity);
     }
+}
+
+void check_rig(const std::string& path, const MeshSequence& sequence)
+{
+    const Rig& rig = *sequence.rig;
+    const int num_joints = rig.num_joints(), num_frames = sequence.num_frames;
+    const Eigen::Index num_vertices = rig.rest_vertices.rows();
+    require(rig.mesh_idx >= 0 && rig.mesh_idx < int(sequence.meshes.size()) &&
+                sequence.meshes[rig.mesh_idx].triangles.maxCoeff() < num_vertices,
+            "{}: the rig's mesh does not fit", path);
+    require(num_joints > 0 && int(rig.parents.size()) == num_joints && rig.joint_positions.rows() == num_joints,
+            "{}: the rig's joints do not fit each other", path);
+    for (int j = 0; j < num_joints; ++j)
+        require(j == 0 ? rig.parents[j] == -1 : rig.parents[j] >= 0 && rig.parents[j] < j,
+                "{}: the parent of joint {} is {}", path, rig.joint_names[j], rig.parents[j]);
+    require((rig.weights.cols() == 4 || rig.weights.cols() == 8) && rig.weights.rows() == num_vertices &&
+                rig.weight_joints.rows() == num_vertices && rig.weight_joints.cols() == rig.weights.cols() &&
+                rig.weights.minCoeff() >= 0.0 && rig.weight_joints.minCoeff() >= 0 &&
+                rig.weight_joints.maxCoeff() < num_joints,
+            "{}: the rig's weights are not 4 or 8 of its joints a vertex", path);
+    require((rig.weights.rowwise().sum().array() - 1.0).abs().maxCoeff() < 1e-9, "{}: weights do not sum to one", path);
+    require(int(rig.rotations.size()) == num_frames && rig.root_translations.rows() == num_frames,
+            "{}: the rig has {} frames instead of {}", path, rig.rotations.size(), num_frames);
+    require(rig.morphs.empty() ||
+                (rig.morph_weights.rows() == num_frames && rig.morph_weights.cols() == Eigen::Index(rig.morphs.size())),
+            "{}: the weights of the morphs are {} x {}", path, rig.morph_weights.rows(), rig.morph_weights.cols());
+    for (const Points& morph : rig.morphs)
+        require(morph.rows() == num_vertices && morph.allFinite(), "{}: a morph does not fit", path);
 }
 
 void check_frame(const std::string& path, const ExportedMesh& mesh, const MeshFrame& frame)
@@ -67,7 +96,8 @@ MeshSequence checked(const std::string& path, const MeshSequence& sequence)
 const std::vector<ExportFormat>& export_formats()
 {
     static const std::vector<ExportFormat> formats = {
-#define NDG_EXPORT_FORMAT(extension, frames, write, summary) {extension, Frames::frames, write, summary},
+#define NDG_EXPORT_FORMAT(extension, frames, contents, write, summary) \
+    {extension, Frames::frames, Contents::contents, write, summary},
 #include "ndg/export/formats.def"
 #undef NDG_EXPORT_FORMAT
     };
@@ -107,9 +137,16 @@ void export_meshes(const std::string& path, const MeshSequence& sequence)
 {
     const ExportFormat& format = export_format(path);
     const std::vector<std::string> files = exported_files(path, sequence.num_frames);
+    if (format.contents == Contents::volume) {
+        require(sequence.volume.has_value() && sequence.num_frames > 0, "{} would hold no volume", path);
+        return format.write(path, sequence);
+    }
+    require(!sequence.rig || format.contents == Contents::surfaces_and_rig, "{} cannot hold a skeleton", path);
+    if (sequence.rig) check_rig(path, sequence);
     const MeshSequence whole = checked(path, sequence);
     if (format.frames == Frames::one_file || (format.frames == Frames::by_name && files[0] == path))
         return format.write(path, whole);
+    require_input(!sequence.rig, "{}: the frames of a skeleton go into one file, without a place of a number", path);
     MeshSequence single = whole;
     single.num_frames = 1;
     for (int i = 0; i < whole.num_frames; ++i) {

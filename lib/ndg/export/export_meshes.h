@@ -12,11 +12,15 @@ namespace ndg {
 /// one file where it holds no place of a number.
 enum class Frames { numbered_files, one_file, by_name };
 
+/// What a format holds of a MeshSequence: its meshes; its meshes, one of which may be on a skeleton; its volume alone.
+enum class Contents { surfaces, surfaces_and_rig, volume };
+
 /// A way to write meshes, chosen by the extension of the file name. The list is formats.def: a new format is a row
 /// there and a file that defines its writer.
 struct ExportFormat {
     std::string extension;  ///< ".glb"
     Frames frames = Frames::numbered_files;
+    Contents contents = Contents::surfaces;
     /// Writes through a temporary name. Of numbered files it gets one frame at a time.
     void (*write)(const std::string& path, const MeshSequence& sequence) = nullptr;
     std::string summary;  ///< what it is, half a sentence
@@ -30,8 +34,9 @@ const ExportFormat& export_format(const std::string& path);
 /// although there are several frames.
 std::vector<std::string> exported_files(const std::string& path, int num_frames);
 
-/// Writes all frames, by extension. Throws Error for meshes without a name of their own, values that are not finite,
-/// indices out of range, and numbers of vertices, colours or scalars that do not fit.
+/// Writes all frames, by extension. Throws Error for a sequence without what the format holds, meshes without a name of
+/// their own, values that are not finite, indices out of range, and numbers of vertices, colours or scalars that do not
+/// fit.
 void export_meshes(const std::string& path, const MeshSequence& sequence);
 
 }  // namespace ndg

@@ -1,64 +1,31 @@
 // SPDX-License-Identifier: Apache-2.0
 // Binary glTF 2.0: one named node, mesh and material a mesh, vertex normals, translucent meshes alpha-blended and drawn
-// last, vertex colours as COLOR_0, the credits as the asset's copyright. Several frames are an animation: of a mesh
-// that moves as a rigid body (a bone) its node's rotation and translation, of every other mesh a morph target a frame.
+// last, vertex colours as COLOR_0, the credits as the asset's copyright and in its extras. Several frames are an
+// animation: of a mesh that moves as a rigid body (a bone) its node's rotation and translation, of every other mesh a
+// morph target a frame.
+// A mesh on a skeleton is a skin of it, and moves by its joints.
 #include "ndg/core/error.h"
 #include "ndg/core/file.h"
 #include "ndg/core/provenance.h"
+#include "ndg/export/gltf_parts.h"
 #include "ndg/export/mesh_sequence.h"
+#include "ndg/export/rigid_motions.h"
 #include "ndg/geometry/triangle_mesh.h"
 
 #include <tiny_gltf.h>
 #include <Eigen/Geometry>
 
 #include <algorithm>
-#include <cstring>
 #include <numeric>
 #include <sstream>
 
 namespace ndg {
 namespace {
 
-using FloatRows = Eigen::Matrix<float, Eigen::Dynamic, 3, Eigen::RowMajor>;
-
-/// Appends raw data to the one buffer and describes it; returns the accessor's index.
-int add_accessor(tinygltf::Model& model, const void* data, std::size_t bytes, int target, int component_type, int type,
-                 std::size_t count)
-{
-    std::vector<unsigned char>& buffer = model.buffers[0].data;
-    tinygltf::BufferView view;
-    view.buffer = 0;
-    view.byteOffset = buffer.size();
-    view.byteLength = bytes;
-    if (target != 0) view.target = target;
-    buffer.resize(buffer.size() + bytes);
-    std::memcpy(buffer.data() + view.byteOffset, data, bytes);
-    tinygltf::Accessor accessor;
-    accessor.bufferView = int(model.bufferViews.size());
-    accessor.componentType = component_type;
-    accessor.type = type;
-    accessor.count = count;
-    model.bufferViews.push_back(view);
-    model.accessors.push_back(accessor);
-    return int(model.accessors.size()) - 1;
-}
-
-int add_float_rows(tinygltf::Model& model, const FloatRows& rows)
-{
-    return add_accessor(model, rows.data(), std::size_t(rows.size()) * sizeof(float), TINYGLTF_TARGET_ARRAY_BUFFER,
-                        TINYGLTF_COMPONENT_TYPE_FLOAT, TINYGLTF_TYPE_VEC3, std::size_t(rows.rows()));
-}
-
-int add_positions(tinygltf::Model& model, const FloatRows& positions)
-{
-    const int index = add_float_rows(model, positions);
-    tinygltf::Accessor& accessor = model.accessors[std::size_t(index)];
-    for (int k = 0; k < 3; ++k) {
-        accessor.minValues.push_back(double(positions.col(k).minCoeff()));
-        accessor.maxValues.push_back(double(positions.col(k).maxCoeff()));
-    }
-    return index;
-}
+using gltf::add_accessor;
+using gltf::add_float_rows;
+using gltf::add_positions;
+using gltf::FloatRows;
 
 FloatRows unit_normals(const ExportedMesh& mesh, const Points& vertices)
 {
@@ -146,136 +113,104 @@ int add_mesh(tinygltf::Model& model, const ExportedMesh& exported, const MeshFra
     return add_node(model, node, exported.group);
 }
 
-/// Adds what an animation reads: floats, `components` a keyframe, or a value alone.
-int add_keys(tinygltf::Model& model, const std::vector<float>& values, int type, int components)
+/// A morph target a frame but the first.
+void add_targets(tinygltf::Model& model, int node, const ExportedMesh& exported, const std::vector<Points>& vertices)
 {
-    return add_accessor(model, values.data(), values.size() * sizeof(float), 0, TINYGLTF_COMPONENT_TYPE_FLOAT, type,
-                        values.size() / std::size_t(components));
+    tinygltf::Mesh& mesh = model.meshes[model.nodes[node].mesh];
+    const FloatRows normals = unit_normals(exported, vertices[0]);
+    for (std::size_t f = 1; f < vertices.size(); ++f)
+        mesh.primitives[0].targets.push_back(
+            {{"POSITION", add_positions(model, (vertices[f] - vertices[0]).cast<float>())},
+             {"NORMAL", add_float_rows(model, unit_normals(exported, vertices[f]) - normals)}});
+    mesh.weights.assign(vertices.size() - 1, 0.0);
 }
 
-/// The one animation of a file.
-class MotionWriter {
-public:
-    MotionWriter(tinygltf::Model& model, int num_frames, double frame_rate) : model_(model), num_frames_(num_frames)
-    {
-        animation_.name = "motion";
-        std::vector<float> times;
-        for (int f = 0; f < num_frames; ++f) times.push_back(float(f / frame_rate));
-        times_ = add_keys(model, times, TINYGLTF_TYPE_SCALAR, 1);
-        model.accessors[times_].minValues = {double(times.front())};
-        model.accessors[times_].maxValues = {double(times.back())};
-    }
-
-    /// `vertices`: of all frames; the node's mesh holds the first.
-    void add(int node, const ExportedMesh& mesh, const std::vector<Points>& vertices)
-    {
-        std::vector<Eigen::Isometry3d> motions;
-        if (is_rigid(vertices, motions))
-            add_rigid(node, motions);
-        else
-            add_targets(node, mesh, vertices);
-    }
-    void finish() { model_.animations.push_back(animation_); }
-
-private:
-    /// Rigid motions from the first frame by least squares (Umeyama 1991, without scale).
-    static bool is_rigid(const std::vector<Points>& vertices, std::vector<Eigen::Isometry3d>& motions)
-    {
-        constexpr double tolerance = 2e-5;  // m
-        const Eigen::Matrix3Xd first = vertices[0].transpose();
-        if (first.cols() < 3) return false;
-        for (const Points& frame : vertices) {
-            const Eigen::Matrix3Xd moved = frame.transpose();
-            Eigen::Isometry3d& motion = motions.emplace_back(Eigen::Isometry3d::Identity());
-            motion.matrix() = Eigen::umeyama(first, moved, false);
-            if ((motion * first - moved).colwise().norm().maxCoeff() > tolerance) return false;
-        }
-        return true;
-    }
-
-    void add_channel(int node, const char* path, int values)
-    {
-        tinygltf::AnimationSampler sampler;
-        sampler.input = times_;
-        sampler.output = values;
-        sampler.interpolation = "LINEAR";
-        tinygltf::AnimationChannel channel;
-        channel.sampler = int(animation_.samplers.size());
-        channel.target_node = node;
-        channel.target_path = path;
-        animation_.samplers.push_back(sampler);
-        animation_.channels.push_back(channel);
-    }
-
-    void add_rigid(int node, const std::vector<Eigen::Isometry3d>& motions)
-    {
-        std::vector<float> rotations, translations;
-        Eigen::Quaternionf before = Eigen::Quaternionf::Identity();
-        for (const Eigen::Isometry3d& motion : motions) {
-            Eigen::Quaternionf rotation(motion.linear().cast<float>());
-            rotation.normalize();
-            if (rotation.dot(before) < 0.0f) rotation.coeffs() *= -1.0f;  // players blend the shorter way
-            before = rotation;
-            rotations.insert(rotations.end(), rotation.coeffs().data(), rotation.coeffs().data() + 4);
-            for (int k = 0; k < 3; ++k) translations.push_back(float(motion.translation()[k]));
-        }
-        add_channel(node, "rotation", add_keys(model_, rotations, TINYGLTF_TYPE_VEC4, 4));
-        add_channel(node, "translation", add_keys(model_, translations, TINYGLTF_TYPE_VEC3, 3));
-    }
-
-    void add_targets(int node, const ExportedMesh& exported, const std::vector<Points>& vertices)
-    {
-        tinygltf::Mesh& mesh = model_.meshes[model_.nodes[node].mesh];
-        const FloatRows normals = unit_normals(exported, vertices[0]);
-        const int num_targets = num_frames_ - 1;
-        for (int f = 1; f < num_frames_; ++f)
-            mesh.primitives[0].targets.push_back(
-                {{"POSITION", add_positions(model_, (vertices[f] - vertices[0]).cast<float>())},
-                 {"NORMAL", add_float_rows(model_, unit_normals(exported, vertices[f]) - normals)}});
-        mesh.weights.assign(std::size_t(num_targets), 0.0);
-        if (weights_ < 0) {
-            // At frame f target f - 1 stands alone; at the first, none.
-            std::vector<float> weights(std::size_t(num_frames_ * num_targets), 0.0f);
-            for (int f = 1; f < num_frames_; ++f) weights[f * num_targets + f - 1] = 1.0f;
-            weights_ = add_keys(model_, weights, TINYGLTF_TYPE_SCALAR, 1);
-        }
-        add_channel(node, "weights", weights_);
-    }
-
-    tinygltf::Model& model_;
-    tinygltf::Animation animation_;
-    int num_frames_, times_ = -1, weights_ = -1;
+/// What moves one node over all frames.
+struct MovingNode {
+    int node = -1;
+    std::vector<Eigen::Quaterniond> rotations;  ///< of a rigid body
+    Points translations;
+    int num_targets = 0;  ///< of anything else
 };
+
+MovingNode add_motion(tinygltf::Model& model, int node, const ExportedMesh& mesh, const std::vector<Points>& vertices)
+{
+    MovingNode moving;
+    moving.node = node;
+    const std::optional<std::vector<Eigen::Isometry3d>> motions = rigid_motions(vertices);
+    if (!motions) {
+        add_targets(model, node, mesh, vertices);
+        moving.num_targets = int(vertices.size()) - 1;
+        return moving;
+    }
+    moving.translations.resize(Eigen::Index(motions->size()), 3);
+    for (std::size_t f = 0; f < motions->size(); ++f) {
+        moving.rotations.emplace_back((*motions)[f].linear());
+        moving.translations.row(Eigen::Index(f)) = (*motions)[f].translation().transpose();
+    }
+    return moving;
+}
+
+tinygltf::Asset asset_of(const MeshSequence& sequence)
+{
+    tinygltf::Asset asset;
+    asset.version = "2.0";
+    asset.generator = "neural_deformation_gradients " + project_version();
+    asset.copyright = sequence.credits;
+    asset.extras = tinygltf::Value(tinygltf::Value::Object{{"licences", tinygltf::Value(sequence.credits)},
+                                                           {"units", tinygltf::Value(std::string("m"))},
+                                                           {"up_axis", tinygltf::Value(std::string("y"))}});
+    return asset;
+}
 
 }  // namespace
 
 void write_glb(const std::string& path, const MeshSequence& sequence)
 {
+    const std::optional<Rig>& rig = sequence.rig;
     // Viewers blend in the order of the nodes: what is translucent comes last.
     std::vector<int> order(sequence.meshes.size());
     std::iota(order.begin(), order.end(), 0);
     std::stable_partition(order.begin(), order.end(), [&](int k) { return sequence.meshes[k].opacity >= 1.0f; });
 
     tinygltf::Model model;
-    model.asset.version = "2.0";
-    model.asset.generator = "neural_deformation_gradients " + project_version();
-    model.asset.copyright = sequence.credits;
+    model.asset = asset_of(sequence);
     model.buffers.resize(1);
     model.scenes.resize(1);
     model.scenes[0].name = "body";
     model.defaultScene = 0;
     std::vector<std::vector<Points>> vertices(sequence.meshes.size());  // mesh, frame
     std::vector<int> nodes(sequence.meshes.size());
-    for (int f = 0; f < sequence.num_frames; ++f) {
-        const std::vector<MeshFrame> frames = sequence.frame(f);
+    const bool rig_alone = rig && sequence.meshes.size() == 1;
+    for (int f = 0; f < (rig_alone ? 1 : sequence.num_frames); ++f) {
+        std::vector<MeshFrame> frames = sequence.frame(f);
+        if (rig) frames[rig->mesh_idx].vertices = rig->rest_vertices;
         if (f == 0)
             for (const int k : order) nodes[k] = add_mesh(model, sequence.meshes[k], frames[k]);
         for (std::size_t k = 0; k < frames.size(); ++k) vertices[k].push_back(frames[k].vertices);
     }
+    std::vector<int> joint_nodes;
+    if (rig) joint_nodes = gltf::add_rig(model, *rig, nodes[rig->mesh_idx]);
     if (sequence.num_frames > 1) {
-        MotionWriter motion(model, sequence.num_frames, sequence.frame_rate);
-        for (const int k : order) motion.add(nodes[k], sequence.meshes[k], vertices[k]);
-        motion.finish();
+        std::vector<MovingNode> moving_nodes;
+        for (const int k : order)
+            if (!rig || k != rig->mesh_idx)
+                moving_nodes.push_back(add_motion(model, nodes[k], sequence.meshes[k], vertices[k]));
+        std::vector<MotionClip> clips = sequence.clips;
+        if (clips.empty()) clips = {{"motion", 0, sequence.num_frames, sequence.frame_rate}};
+        for (const MotionClip& clip : clips) {
+            gltf::Motion motion(model, clip);
+            for (const MovingNode& moving : moving_nodes) {
+                if (moving.num_targets > 0) {
+                    motion.add_target_weights(moving.node, moving.num_targets);
+                } else {
+                    motion.add_rotations(moving.node, moving.rotations);
+                    motion.add_translations(moving.node, moving.translations);
+                }
+            }
+            if (rig) gltf::add_rig_motion(motion, *rig, nodes[rig->mesh_idx], joint_nodes);
+            motion.finish();
+        }
     }
     std::ostringstream stream;
     tinygltf::TinyGLTF writer;

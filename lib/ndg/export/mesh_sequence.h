@@ -4,9 +4,12 @@
 
 #include "ndg/core/colour.h"
 #include "ndg/core/types.h"
+#include "ndg/export/rig.h"
+#include "ndg/export/volume_sequence.h"
 
 #include <functional>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -39,6 +42,12 @@ struct MeshSequence {
     /// One entry a mesh. Asked for in ascending order, each frame once, so that sequences of any length stream.
     std::function<std::vector<MeshFrame>(int frame_idx)> frame;
     std::string credits;  ///< licence and credit lines of the data
+    /// What moves one of the meshes, in formats that know skeletons.
+    std::optional<Rig> rig{};
+    /// Without gaps, for formats that hold several; empty: one, "motion".
+    std::vector<MotionClip> clips{};
+    /// What formats of volumes hold; they leave out the meshes.
+    std::optional<VolumeSequence> volume{};
 };
 
 }  // namespace ndg

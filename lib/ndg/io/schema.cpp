@@ -207,6 +207,17 @@ const std::vector<Schema>& schemas()
           {"/correctives/joint_names", "K", "text"},
           {"/correctives/blend_shapes", "9 K x 6 N_w", "float32"}}},
 
+        {"ndg-fields",
+         1,
+         {{"/flesh/vertices", "F x N_v x 3", "float32", optional},
+          {"/flesh/points/<field>", "F x N_v", "float32", optional},
+          {"/flesh/cells/<field>", "F x N_p", "float32", optional},
+          {"/flesh/constant/<field>", "N_p", "float32", optional},
+          {"/bone_interior/vertices", "F x N_b x 3", "float32", optional},
+          {"/bone_interior/points/<field>", "F x N_b", "float32", optional},
+          {"/bone_interior/cells/<field>", "F x N_t", "float32", optional},
+          {"/bone_interior/constant/<field>", "N_t", "float32", optional}}},
+
         {"ndg-fem-part", 3,
          part_items({{"@stop_reason", "", "text", optional},
                      {"@<statistic>", "", "float64", optional},
