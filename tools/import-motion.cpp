@@ -2,6 +2,7 @@
 #include "ndg/body/template.h"
 #include "ndg/core/error.h"
 #include "ndg/core/file.h"
+#include "ndg/core/installed_files.h"
 #include "ndg/core/log.h"
 #include "ndg/core/tool.h"
 #include "ndg/motion/keyframes.h"
@@ -44,7 +45,8 @@ PoseSet own_poses(const MotionFile& file, const Points& joint_positions, double 
 int main(int argc, char** argv)
 {
     std::vector<std::string> motion_paths;
-    std::string template_path, map_path, maps_folder, limits_path, output_path, report_path, licence;
+    const std::string own_maps = installed_path("joint-maps");
+    std::string template_path, map_path, maps_folder = own_maps, limits_path, output_path, report_path, licence;
     RetargetOptions options;
     ConventionOptions conventions;
 
@@ -54,7 +56,10 @@ int main(int argc, char** argv)
     tool.input("motion", motion_paths, "BVH, AMC (ASF beside them), DeepMimic, AMASS or keyframe files, or folders");
     tool.input("template", template_path, "template whose rest joints the poses start from");
     tool.input("joint-map", map_path, "joint map for all clips", false);
-    tool.input("joint-maps", maps_folder, "folder of joint maps; each clip takes the one that fits its joints", false);
+    tool.input("joint-maps", maps_folder,
+               "folder of joint maps; each clip takes the one that fits its joints. Without it those that come with "
+               "the program",
+               false);
     tool.input("joint-limits", limits_path, "ranges of motion to count violations of", false);
     tool.output("output", output_path, "poses to write");
     tool.output("report", report_path, "all figures of every clip, JSON", false);
@@ -63,11 +68,15 @@ int main(int argc, char** argv)
     tool.parameter("licence", licence, "licence and credit line of the motions, kept in the output");
 
     return tool.run(argc, argv, [&] {
-        require_input(map_path.empty() || maps_folder.empty(), "give one of --joint-map and --joint-maps, not both");
+        require_input(map_path.empty() || maps_folder == own_maps,
+                      "give one of --joint-map and --joint-maps, not both");
         require_input(!options.clamp_limits || !limits_path.empty(), "--clamp-joint-limits needs --joint-limits");
         const Points joint_positions = read_template(template_path).rest.joint_positions;
         std::vector<JointMap> maps;
-        if (!map_path.empty()) maps = {read_joint_map(map_path)};
+        if (!map_path.empty()) {
+            maps = {read_joint_map(map_path)};
+            maps_folder.clear();  // is no input
+        }
         if (!maps_folder.empty()) maps = read_joint_maps(maps_folder);
         std::optional<JointLimits> limits;
         if (!limits_path.empty()) limits.emplace(read_joint_limits(limits_path), joint_positions);
