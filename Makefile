@@ -61,6 +61,7 @@ include pipelines/page.mk
 include pipelines/curve.mk
 include pipelines/scan.mk
 include pipelines/slurm/slurm.mk
+include pipelines/release.mk
 include pipelines/install.mk
 
 demo: PRESET := demo

@@ -205,9 +205,9 @@ RuntimeModel::RuntimeModel(const std::string& path) : path_(path)
     require_input(found_version == version, "{}: has version {} of the runtime model, this program reads {}", path,
                   found_version, version);
     require_input(text_length <= size - head_bytes, "{}: is cut off", path);
-    const char* const text = reinterpret_cast<const char*>(begin + head_bytes);
+    head_.assign(reinterpret_cast<const char*>(begin + head_bytes), text_length);
     try {
-        static_cast<RuntimeDescription&>(*this) = parse_model(json::parse(text, text + text_length));
+        static_cast<RuntimeDescription&>(*this) = parse_model(json::parse(head_));
         check();
     } catch (const json::exception& error) {
         throw InputError(fmt::format("{}: its head is damaged ({})", path, error.what()));
@@ -229,6 +229,22 @@ RuntimeModel::RuntimeModel(const std::string& path) : path_(path)
                               layer_bytes(layer) <= size - data_begin - layer.offset,
                           "{}: is cut off, or a layer lies outside of it", path);
             layer.blocks = begin + data_begin + layer.offset;
+        }
+}
+
+void RuntimeModel::check_weights() const
+{
+    const ShapeSpace& space = shape_space;
+    require_input(space.mean.allFinite() && space.components.allFinite() && space.standard_deviations.allFinite(),
+                  "{}: a number of the shape space is not finite", path_);
+    for (std::size_t p = 0; p < parts.size(); ++p)
+        for (std::size_t i = 0; i < parts[p].layers.size(); ++i) {
+            const RuntimeLayer& layer = parts[p].layers[i];
+            const std::size_t bytes = weight_block_bytes(layer.storage, layer.num_columns);
+            for (int b = 0; b < num_weight_blocks(layer.num_rows); ++b)
+                require_input(is_finite_block(layer.storage, layer.num_columns,
+                                              layer.blocks + bytes * static_cast<std::size_t>(b)),
+                              "{}: block {} of layer {} of part {} is not finite", path_, b, i, p);
         }
 }
 
