@@ -87,9 +87,9 @@ def look_at(label, model, template, bodies, poses, splits, folder, *options):
     matrices = expected.reshape(len(pairs), -1, 3, 3)
     residuals = exponential(matrices) if config["parametrisation"] == "exponential" else numpy.eye(3) + matrices
     error = abs(given["residuals"] - residuals).max()
-    check(error < 2e-5, f"{label}: residuals of ONNX are those of double precision (difference {error:.1e})")
+    check(error < 2e-6, f"{label}: residuals of ONNX are those of double precision (difference {error:.1e})")
     code, _ = tool("infer-ndg", f"--model={model}", f"--template={template}", f"--bodies={bodies}", f"--poses={poses}",
-                   f"--splits={splits}", f"--output={out}/gradients.h5")
+                   f"--splits={splits}", f"--bone-wrap={config['bone_wrap']}", f"--output={out}/gradients.h5")
     with h5py.File(f"{out}/gradients.h5") as file:
         stored_pairs = [tuple(pair) for pair in file["gradients/pairs"][:]]
         written = numpy.stack([file["gradients/F"][stored_pairs.index(tuple(pair))] for pair in pairs]).reshape(matrices.shape)
@@ -127,8 +127,8 @@ try:
             pieces = ["--max-constant-mb=0.001"] if label in ("plain", "basis", "regional-basis") else []
             onnx = look_at(label, f"{folder}/{label}.h5", *names, folder, *pieces)
             if pieces:
-                check(max(c.nbytes for c in onnx.constants.values() if c.ndim == 2) <= 1000 and any(n[0] == "Concat" for n in onnx.nodes),
-                      f"{label}: no matrix is larger than was asked for")
+                check(all(c.nbytes <= 1000 or len(c) == 1 for c in onnx.constants.values() if c.ndim == 2)
+                      and any(n[0] == "Concat" for n in onnx.nodes), f"{label}: no matrix is larger than was asked for, or than a row")
 
         # The cards tell what a person must know; a damaged model gives one line.
         with open(f"{folder}/plain/README.md") as file:

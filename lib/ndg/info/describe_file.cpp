@@ -4,7 +4,7 @@
 #include "ndg/core/error.h"
 #include "ndg/info/describers.h"
 #include "ndg/io/mesh.h"
-#include "ndg/motion/motion_files.h"
+#include "ndg/motion/keyframes.h"
 
 #include <algorithm>
 #include <fstream>
@@ -40,7 +40,10 @@ const FileKind kinds[] = {
     {[](const FileQuestion& f) { return f.begins_with("PK\3\4"); }, describe_zip},
     {[](const FileQuestion& f) { return f.begins_with("\x89PNG\r\n\x1a\n"); }, describe_picture},
     {[](const FileQuestion& f) { return f.begins_with("POINTCACHE2\0"s); }, describe_point_cache},
-    {[](const FileQuestion& f) { return f.begins_with("<!DOCTYPE html>"); }, describe_page},
+    {[](const FileQuestion& f) { return ends_in(f, {".html"}); }, describe_page},
+    {[](const FileQuestion& f) { return ends_in(f, {".md"}); }, describe_markdown},
+    {[](const FileQuestion& f) { return ends_in(f, {".safetensors"}); }, describe_safetensors},
+    {[](const FileQuestion& f) { return ends_in(f, {".onnx"}); }, describe_onnx},
     {[](const FileQuestion& f) { return is_mesh_name(f.path); }, describe_mesh},
     {[](const FileQuestion& f) {
          return ends_in(f, {".bvh", ".amc", ".npz"});
@@ -50,6 +53,7 @@ const FileKind kinds[] = {
     {[](const FileQuestion& f) { return f.begins_with("\x1f\x8b") && ends_in(f, {".gz"}); }, describe_makehuman_target},
     {[](const FileQuestion& f) { return is_json(f) && f.head.find("\"Frames\"") != std::string::npos; },
      describe_motion},
+    {[](const FileQuestion& f) { return is_keyframe_motion(f.path); }, describe_motion},
     {is_json, describe_json},
     // What should begin with bytes of its own and does not: their readers say what is wrong.
     {[](const FileQuestion& f) { return ends_in(f, {".h5"}); }, describe_h5},

@@ -22,6 +22,9 @@ void describe_json(const FileQuestion& file, FileReport& report);
 void describe_picture(const FileQuestion& file, FileReport& report);
 void describe_point_cache(const FileQuestion& file, FileReport& report);
 void describe_page(const FileQuestion& file, FileReport& report);
+void describe_markdown(const FileQuestion& file, FileReport& report);
+void describe_safetensors(const FileQuestion& file, FileReport& report);
+void describe_onnx(const FileQuestion& file, FileReport& report);
 
 /// Tool, options, inputs and licences as our files name them (docs/formats.md); with FileQuestion::check inputs that
 /// are found, at their path or beside the file, are compared with their hashes.

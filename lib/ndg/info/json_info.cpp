@@ -58,8 +58,8 @@ void add_fit_report(const FileQuestion&, const json& content, FileReport& report
 }
 
 const JsonKind kinds[] = {
-    {{"joints", "description"}, "a joint map: which joints of a motion-capture rig drive ours", add_joint_map},
     {{"standard_deviations", "sources"}, "published ranges of motion of our joints", add_joint_limits},
+    {{"joints", "description"}, "a joint map: which joints of a motion-capture rig drive ours", add_joint_map},
     {{"format", "clips", "median_error_mm"},
      "how well motions came onto our skeleton (import-motion)",
      add_motion_report},
@@ -68,7 +68,6 @@ const JsonKind kinds[] = {
     {{"table1", "counts", "seconds"}, "tables of a run (evaluate-metrics)", add_tables},
     {{"table1"}, "what the tables of a run must show (check-results)"},
     {{"table3", "counts"}, "how far anatomy sticks out of the skin (measure-protrusion)", add_tables},
-    {{"make-template"}, "a preset: options of the tools, for --config"},
 };
 
 bool has_all(const json& content, const std::vector<const char*>& members)
@@ -90,6 +89,8 @@ std::string what_members_are(const json& content)
             return member.is_object() && (member.contains("sex") || member.contains("age_years"));
         }))
         return "people: sex and age, for fit-body";
+    for (const auto& [key, member] : content.items())  // named like tools
+        if (member.is_object() && key.find('-') != std::string::npos) return "options of tools, for --config";
     if (content.contains("weights")) return "weights of a rig of MakeHuman";
     return "JSON of no kind that is known here";
 }

@@ -59,7 +59,9 @@ void add_person(const FileQuestion& file, const MeshFile& mesh, FileReport& repo
 {
     if (mesh.vertices.rows() < least_points_of_a_scan) return;
     try {
-        const ScanPoints scan = prepare_scan(file.path, mesh.vertices, mesh.triangles, ScanOptions());
+        ScanOptions options;
+        options.max_points = std::numeric_limits<int>::max();  // nothing is thinned
+        const ScanPoints scan = prepare_scan(file.path, mesh.vertices, mesh.triangles, options);
         std::vector<std::string> axes;
         for (const Axis axis : scan.up_axes) axes.push_back(to_name(axis));
         const Eigen::RowVector3d size = scan.points.colwise().maxCoeff() - scan.points.colwise().minCoeff();

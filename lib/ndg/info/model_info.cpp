@@ -9,6 +9,11 @@
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <numeric>
 
 namespace ndg {
 namespace {
@@ -96,6 +101,52 @@ void describe_zip(const FileQuestion& file, FileReport& report)
     if (!file.check) return;
     check_entries(zip);
     report.add("check", "complete, all checksums hold");
+}
+
+void describe_safetensors(const FileQuestion& file, FileReport& report)
+{
+    std::uint64_t length = 0;
+    const std::uintmax_t size = std::filesystem::file_size(file.path);
+    require_input(file.head.size() >= sizeof(length), "{}: is cut off", file.path);
+    std::memcpy(&length, file.head.data(), sizeof(length));
+    require_input(length <= size - sizeof(length), "{}: is no safetensors file, or is cut off", file.path);
+    std::string text(length, '\0');
+    std::ifstream stream(file.path, std::ios::binary);
+    stream.seekg(sizeof(length));
+    stream.read(text.data(), static_cast<std::streamsize>(length));
+    json header = json::parse(text, nullptr, false);
+    require_input(header.is_object(), "{}: its header is damaged", file.path);
+    const json metadata = header.value("__metadata__", json::object());
+    header.erase("__metadata__");
+    std::uint64_t end = 0, numbers = 0;
+    std::string tensors;
+    try {
+        for (const auto& [name, tensor] : header.items()) {
+            const auto shape = tensor.at("shape").get<std::vector<std::uint64_t>>();
+            end = std::max(end, tensor.at("data_offsets").at(1).get<std::uint64_t>());
+            numbers += std::accumulate(shape.begin(), shape.end(), std::uint64_t(1), std::multiplies<>());
+            tensors +=
+                fmt::format("  {:<40} {}  {}\n", name, tensor.at("dtype").get<std::string>(), fmt::join(shape, " x "));
+        }
+    } catch (const json::exception& error) {
+        throw InputError(fmt::format("{}: its header is damaged ({})", file.path, error.what()));
+    }
+    require_input(sizeof(length) + length + end == size, "{}: has {} bytes, its header says {}", file.path, size,
+                  sizeof(length) + length + end);
+    report.add("what", "tensors by name, safetensors");
+    report.add("numbers", "{} in {} tensors", numbers, header.size());
+    const auto text_of = [&](const char* key) { return metadata.value(key, std::string()); };
+    if (!text_of("created_by").empty())
+        add_provenance(file, text_of("created_by"), text_of("config"), text_of("inputs"), text_of("licences"), report);
+    report.add_block("tensors\n" + tensors);
+}
+
+void describe_onnx(const FileQuestion& file, FileReport& report)
+{
+    const bool ours = file.head.find("neural-deformation-gradients") != std::string::npos;
+    report.add("what", "a network as a graph of ONNX, {}; what it sees and gives stands in docs/release.md",
+               ours ? "by export-release" : "of another program");
+    report.add("size", "{:.1f} MB", 1e-6 * double(std::filesystem::file_size(file.path)));
 }
 
 void describe_runtime_model(const FileQuestion& file, FileReport& report)

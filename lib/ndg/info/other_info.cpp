@@ -64,4 +64,10 @@ void describe_page(const FileQuestion& file, FileReport& report)
     report.add("size", "{:.1f} MB", 1e-6 * double(page.size()));
 }
 
+void describe_markdown(const FileQuestion& file, FileReport& report)
+{
+    report.add("what", "a text for people, Markdown");
+    report.add("title", file.head.substr(0, file.head.find('\n')));
+}
+
 }  // namespace ndg

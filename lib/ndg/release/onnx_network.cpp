@@ -181,15 +181,22 @@ private:
         }
         graph_.add_constant("scale", {}, std::vector<float>{std::ldexp(1.0F, -num_squarings)});
         const std::string a = graph_.add("Mul", {q, "scale"});
-        std::string power = a;  // Horner: I + a (I + a / 2 (I + a / 3 (...)))
+        // exp(a) - I, which keeps the digits that I + a would lose. Horner: a (I + a / 2 (I + a / 3 (...))).
+        std::string series = "identity";
         for (int k = taylor_degree; k >= 1; --k) {
-            if (k < taylor_degree) power = graph_.add("MatMul", {a, power});
+            const std::string term = k == taylor_degree ? a : graph_.add("MatMul", {a, series});
+            if (k == 1) {
+                series = term;
+                break;
+            }
             const std::string over_k =
                 graph_.add_constant(fmt::format("one_over_{}", k), {}, std::vector<float>{1.0F / float(k)});
-            power = graph_.add("Add", {graph_.add("Mul", {power, over_k}), "identity"});
+            series = graph_.add("Add", {graph_.add("Mul", {term, over_k}), "identity"});
         }
-        for (int i = 1; i <= num_squarings; ++i)
-            power = graph_.add("MatMul", {power, power}, {}, i == num_squarings ? "residuals" : "");
+        graph_.add_constant("two", {}, std::vector<float>{2});
+        for (int i = 0; i < num_squarings; ++i)  // (I + x)^2 - I = 2 x + x^2
+            series = graph_.add("Add", {graph_.add("Mul", {series, "two"}), graph_.add("MatMul", {series, series})});
+        graph_.add("Add", {series, "identity"}, {}, "residuals");
     }
 
     const H5Reader& file_;

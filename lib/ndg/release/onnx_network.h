@@ -22,7 +22,7 @@ void describe(OptionList& list, OnnxOptions& options);
 ///   residuals batch x N_p x 3 x 3   R_p^T F_p = exp(Q) (or I + Q), residual deformation gradients; of networks without
 ///                                   the rotation F_p in the root's frame. Absent with the parametrisations lu and qr
 ///   offsets   batch x 2 N_w x 3     of networks that predict vertices: of muscle wrap and skin in the rest pose, m
-/// exp by eight terms of the series for Q / 64, squared six times: for |Q| <= 32 exact but for rounding (4e-6).
+/// exp by eight terms of the series for Q / 64, squared six times: for |Q| <= 32 exact but for rounding.
 /// Throws InputError for a damaged model, Error where nothing can be written.
 void write_onnx(const std::string& path, const std::string& model_path, const OnnxOptions& options);
 
