@@ -8,11 +8,14 @@ release: build ## the trained network to pass on, out/<preset>/release/: safeten
 	@$(MAKE) --no-print-directory $(RELEASE)/SHA256SUMS
 	@echo "release: $(RELEASE)/ ($$(du -sh $(RELEASE) | cut -f 1)); read $(RELEASE)/README.md"
 
-# Tables where there are any: a network can be passed on that nobody has evaluated, but its card says so.
+# Tables as they are, where there are any; none are made. A network that nobody has evaluated can be passed on: its card says so.
 RELEASE_TABLES = $(wildcard $(REPORT)/tables.json)
+NEWER_TABLES = $(shell test $(REPORT)/tables.json -nt $(RELEASE)/SHA256SUMS && echo newer-tables)
+.PHONY: newer-tables
+newer-tables:
 RELEASE_DATA = $(foreach name,template bodies poses splits fem,$(OUT)/$(name).h5)
 
-$(RELEASE)/SHA256SUMS: $(OUT)/model.h5 $(RELEASE_DATA) $(RELEASE_TABLES)
+$(RELEASE)/SHA256SUMS: $(OUT)/model.h5 $(RELEASE_DATA) $(NEWER_TABLES)
 	@rm -rf $(RELEASE) && mkdir -p $(RELEASE)
 	$(STAGE) export-release $(BIN)/export-release --model $(OUT)/model.h5 --name "NDG, $(PRESET)" $(addprefix --tables ,$(RELEASE_TABLES)) \
 	    $(addprefix --data ,$(RELEASE_DATA)) --safetensors $(RELEASE)/model.safetensors --config-json $(RELEASE)/config.json \

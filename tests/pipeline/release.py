@@ -116,6 +116,7 @@ try:
         files = [f"--{name}={folder}/{name}.h5" for name in ("template", "bodies", "poses")]
         tool("fit-shape-space", *files[:2], f"--splits={folder}/splits.h5", f"--output={folder}/shape_space.h5")
         tool("simulate-fem", *files, f"--splits={folder}/splits.h5", "--bone-wrap=lbs", f"--output={folder}/fem.h5")
+        credit = "Anatomy: a licence that asks for credit"
         kinds = {"plain": [], "basis": ["--parametrisation=direct", "--output-basis=8"], "no-shape": ["--no-shape"], "lu": ["--parametrisation=lu"],
                  "regional": ["--region-reach=1"], "regional-basis": ["--region-reach=1", "--parametrisation=direct", "--output-basis=6"],
                  "vertices": ["--output-space=vertex-offsets", "--output-basis=8"]}
@@ -123,12 +124,23 @@ try:
             code, _ = tool("train-ndg", *files, f"--samples={folder}/fem.h5", f"--shape-space={folder}/shape_space.h5", "--widths=32,24",
                            "--epochs=4", "--no-mirror", "--splice=0", *options, f"--output={folder}/{label}.h5")
             check(code == 0, f"{label}: trained")
+            with h5py.File(f"{folder}/{label}.h5", "r+") as file:
+                file.attrs["licences"] = credit
             # 1 kB a constant: every matrix in pieces.
             pieces = ["--max-constant-mb=0.001"] if label in ("plain", "basis", "regional-basis") else []
             onnx = look_at(label, f"{folder}/{label}.h5", *names, folder, *pieces)
             if pieces:
                 check(all(c.nbytes <= 1000 or len(c) == 1 for c in onnx.constants.values() if c.ndim == 2)
                       and any(n[0] == "Concat" for n in onnx.nodes), f"{label}: no matrix is larger than was asked for, or than a row")
+
+        # The licence goes into the networks of other forms, too.
+        tool("export-runtime", f"--model={folder}/plain.h5", f"--output={folder}/plain.ndg")
+        tool("export-network", f"--model={folder}/plain.h5", f"--template={folder}/template.h5", f"--output={folder}/plain.pt")
+        for name in ("plain.ndg", "plain.pt", "plain/m.safetensors"):
+            code, text = tool("ndg-info", f"{folder}/{name}", "--check") if name != "plain/m.safetensors" else tool("ndg-info", f"{folder}/{name}")
+            check(code == 0 and credit in text, f"ndg-info explains {name}, whose licence is the model's")
+        check(credit.encode() in open(f"{folder}/plain/m.onnx", "rb").read(), "so is that of m.onnx")
+        check(all(credit in open(f"{folder}/plain/{name}").read() for name in ("README.md", "config.json")), "and that of the cards")
 
         # The cards tell what a person must know; a damaged model gives one line.
         with open(f"{folder}/plain/README.md") as file:

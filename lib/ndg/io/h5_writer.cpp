@@ -3,6 +3,7 @@
 #include "ndg/core/file.h"
 #include "ndg/io/h5.h"
 #include "ndg/io/h5_handles.h"
+#include "ndg/io/licences.h"
 #include "ndg/io/schema.h"
 
 #include <nlohmann/json.hpp>
@@ -13,7 +14,6 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <sstream>
 
 namespace ndg {
 namespace {
@@ -45,30 +45,6 @@ std::string index_text(const Shape& shape, std::size_t flat)
         flat /= shape[axis - 1];
     }
     return "(" + text + ")";
-}
-
-/// Licence lines of the tool and of every input, each once, in order.
-std::string merge_licences(const Provenance& provenance)
-{
-    std::vector<std::string> lines;
-    const auto add = [&lines](const std::string& text) {
-        std::istringstream stream(text);
-        for (std::string line; std::getline(stream, line);) {
-            if (!line.empty() && std::find(lines.begin(), lines.end(), line) == lines.end()) lines.push_back(line);
-        }
-    };
-    add(provenance.licences);
-    for (const Provenance::Input& input : provenance.inputs) {
-        std::string licences = input.licences;
-        if (licences.empty() && h5::is_h5(input.path)) {
-            const Handle file = h5::open_file(input.path);
-            h5::read_text_attribute(file, input.path, "licences", licences);
-        }
-        add(licences);
-    }
-    std::string merged;
-    for (const std::string& line : lines) merged += (merged.empty() ? "" : "\n") + line;
-    return merged;
 }
 
 }  // namespace

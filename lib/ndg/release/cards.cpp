@@ -6,13 +6,13 @@
 #include "ndg/core/provenance.h"
 #include "ndg/info/describe_file.h"
 #include "ndg/io/h5.h"
+#include "ndg/io/licences.h"
 #include "ndg/runtime/model_layout.h"
 #include "ndg/runtime/model_traits.h"
 
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
-#include <set>
 #include <sstream>
 
 namespace ndg {
@@ -30,16 +30,11 @@ std::string tensor(const std::string& dataset)
 /// Licence lines of these files, each once.
 std::string licence_list(const std::vector<std::string>& paths)
 {
-    std::set<std::string> known;
+    Provenance provenance;
+    for (const std::string& path : paths) provenance.inputs.push_back({path, "", "", false});
+    std::istringstream lines(merge_licences(provenance));
     std::string list;
-    for (const std::string& path : paths) {
-        const H5Listing listing = list_h5(path);
-        for (const auto& [name, value] : listing.attributes) {
-            std::istringstream lines(name == "licences" ? value : "");
-            for (std::string line; std::getline(lines, line);)
-                if (!line.empty() && known.insert(line).second) list += "- " + line + "\n";
-        }
-    }
+    for (std::string line; std::getline(lines, line);) list += "- " + line + "\n";
     return list.empty() ? "- none but the project's own, Apache-2.0\n" : list;
 }
 
@@ -137,8 +132,9 @@ std::string model_card(const ReleaseInputs& inputs)
     return fmt::format(
         R"(# Model card: {name}
 
-A network that predicts how the flesh of anatomical bodies deforms, from pose and body shape: {what}. Method: Nolte,
-Kemper, Schwanecke and Botsch, *Skeletal-Driven Animation of Anatomical Humans via Neural Deformation Gradients*
+A network that predicts how the flesh of anatomical bodies deforms, from pose and body shape: {what}.
+
+Method: Nolte, Kemper, Schwanecke and Botsch, *Skeletal-Driven Animation of Anatomical Humans via Neural Deformation Gradients*
 (Computer Graphics Forum 2026), as this project implements it.
 
 ## Inputs and outputs

@@ -3,6 +3,7 @@
 
 #include "ndg/core/error.h"
 #include "ndg/core/file.h"
+#include "ndg/io/licences.h"
 
 #include <fcntl.h>
 #include <sys/mman.h>
@@ -55,11 +56,8 @@ void for_numbers(Space& space, const F& f)
 json describe_model(const RuntimeDescription& model, const Provenance& provenance)
 {
     json inputs = json::array(), parts = json::array();
-    std::string licences = provenance.licences;
-    for (const Provenance::Input& input : provenance.inputs) {
+    for (const Provenance::Input& input : provenance.inputs)
         inputs.push_back({{"path", input.path}, {"sha256", input.sha256}});
-        if (!input.licences.empty()) licences += (licences.empty() ? "" : "\n") + input.licences;
-    }
     for (const RuntimePart& part : model.parts) {
         json layers = json::array();
         for (const RuntimeLayer& layer : part.layers)
@@ -74,7 +72,7 @@ json describe_model(const RuntimeDescription& model, const Provenance& provenanc
     return {{"created_by", {{"tool", provenance.tool}, {"version", project_version()}, {"commit", project_commit()}}},
             {"config", json::parse(provenance.config_json)},
             {"inputs", inputs},
-            {"licences", licences},
+            {"licences", merge_licences(provenance)},
             {"template_sha256", model.template_sha256},
             {"bone_wrap", to_name(model.traits.posing.bone_wrap)},
             {"output_space", model.traits.output_space},
