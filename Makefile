@@ -31,7 +31,7 @@ help: ## list the targets and variables
 	@printf 'Targets:\n'; grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sort | sed -E 's/^([a-z-]+):.*## /  \1\t/' | expand -t 16
 	@printf 'Variables:\n  PRESET=demo|desk|paper|smoke  which configs/<preset>.json (results go to out/<preset>/)\n'
 	@printf '  DATA=<folder>      folder with makehuman/, bodyparts3d/, motion/; without it: the built-in body and motions\n'
-	@printf '  SOURCE=anatomy|procedural  where bodies come from\n  SEX=male|female    of the template body\n  PAIRS=<n>          training samples, instead of the preset's number\n  MOTION=<folders>   motions to import\n  SCAN=<file>        of one person, for body and animate\n  DEVICE=cuda        networks are trained and used on a GPU (docs/performance.md)\n  JOBS=<n>           parallel build jobs\n'
+	@printf '  SOURCE=anatomy|procedural  where bodies come from\n  SEX=male|female    of the template body\n  PAIRS=<n>          training samples, instead of as many as the preset says\n  MOTION=<folders>   motions to import\n  SCAN=<file>        of one person, for body and animate\n  DEVICE=cuda        networks are trained and used on a GPU (docs/performance.md)\n  PREFIX=<folder>    where install puts things\n  JOBS=<n>           parallel build jobs\n'
 
 deps: ## install the Debian packages that are missing
 	@pipelines/install-packages.sh
@@ -67,6 +67,8 @@ include pipelines/page.mk
 include pipelines/curve.mk
 include pipelines/scan.mk
 include pipelines/slurm/slurm.mk
+include pipelines/release.mk
+include pipelines/install.mk
 
 demo: PRESET := demo
 demo: ## the whole pipeline at demo size: bodies, poses, FEM, training, Table 1, pictures; needs no data

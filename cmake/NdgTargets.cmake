@@ -51,6 +51,7 @@ function(ndg_tool name)
   endif()
   add_executable(${name} ${name}.cpp)
   target_link_libraries(${name} PRIVATE ndg_flags ${ARGN})
+  set_property(GLOBAL APPEND PROPERTY NDG_TOOLS ${name})
 endfunction()
 
 # ndg_test(<module> <links>): every tests/<module>/*.cpp goes into one Catch2 executable and one ctest entry.

@@ -65,7 +65,7 @@ $(OWN)/body.h5: $(OWN_TEMPLATE) $(OWN)/skin.h5 $(CONFIG)
 # A body outside of published ranges is named in its report, and is still its owner's.
 $(OWN)/report.txt: $(OWN)/body.h5
 	@{ cat $(OWN)/fit.txt $(OWN)/layers.txt | grep -v -e '^==' -e ' took ' -e ' is outside: '; \
-	    $(BIN)/ndg-info $< --template $(OWN_TEMPLATE) 2>&1 || test $$? = 3; } | sed '/^attributes/,/^measures/d' > $@.tmp
+	    $(BIN)/ndg-info $< --template $(OWN_TEMPLATE) 2>&1 || test $$? = 3; } | sed '/^what  /,/^measures/d' > $@.tmp
 	@mv $@.tmp $@
 
 $(OWN)/body.png: $(OWN)/body.h5

@@ -2,7 +2,7 @@
 #include "ndg/retarget/import_motions.h"
 
 #include "ndg/core/error.h"
-#include "ndg/core/project_files.h"
+#include "ndg/core/installed_files.h"
 #include "ndg/motion/keyframes.h"
 #include "support/support.h"
 
@@ -36,8 +36,8 @@ TEST_CASE("Joint maps and limits of the project are found from where the program
     const auto same = [](const std::string& found, const std::string& name) {
         return std::filesystem::equivalent(found, config_path(name));
     };
-    CHECK(same(find_project_config("joint-maps"), "joint-maps"));
-    CHECK(find_project_config("no such thing").empty());
+    CHECK(same(installed_path("joint-maps"), "joint-maps"));
+    CHECK(installed_path("no such thing").empty());
     MotionFiles files;
     files.complete();
     CHECK(same(files.joint_maps, "joint-maps"));

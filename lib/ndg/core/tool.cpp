@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ndg/core/tool.h"
 
+#include "ndg/core/completion.h"
 #include "ndg/core/error.h"
 #include "ndg/core/hash.h"
 #include "ndg/core/log.h"
@@ -109,6 +110,7 @@ struct Tool::State {
     int threads = 0;
     std::string log_level = "info";
     std::string config_path;
+    std::string completion;  ///< shell that a script is asked for
     bool force = false, print_config = false, help = false, version = false;
     mutable std::vector<Provenance::Input> hashed_inputs;
     mutable bool hashed = false;
@@ -121,8 +123,10 @@ struct Tool::State {
     }
 
     std::string help_text() const;
+    std::string completion_script(const std::string& command) const;
     void parse(int argc, char** argv);
-    void resolve();
+    /// `command`: the name that the tool was called by.
+    void resolve(const std::string& command);
 };
 
 std::string Tool::State::help_text() const
@@ -159,9 +163,19 @@ std::string Tool::State::help_text() const
     }
     text += fmt::format(
         "\nCommon: --config FILE, --print-config, --seed INT (default {}), --threads INT (0: all cores), --force,\n"
-        "        --log-level debug|info|warning|error|off, --version, --help\n",
+        "        --log-level debug|info|warning|error|off, --version, --help, --completion bash\n",
         seed);
     return text;
+}
+
+std::string Tool::State::completion_script(const std::string& command) const
+{
+    std::vector<CompletedFlag> flags = completed_flags(options);
+    for (const ToolInput& input : inputs)
+        if (!input.flag.empty()) flags.push_back({"--" + input.flag, CompletedFlag::Value::file});
+    for (const ToolOutput& output : outputs) flags.push_back({"--" + output.flag, CompletedFlag::Value::file});
+    for (const ToolListing& listing : listings) flags.push_back({"--" + listing.flag});
+    return bash_completion(command, flags);
 }
 
 void Tool::State::parse(int argc, char** argv)
@@ -179,7 +193,9 @@ void Tool::State::parse(int argc, char** argv)
     app.add_option("--config", config_path);
     app.add_option("--log-level", log_level);
     app.add_option("--threads", threads);
-    std::vector<std::string> flags = {"help", "version", "print-config", "force", "config", "log-level", "threads"};
+    app.add_option("--completion", completion);
+    std::vector<std::string> flags = {"help",   "version",   "print-config", "force",
+                                      "config", "log-level", "threads",      "completion"};
     given.resize(list.size());
     std::vector<CLI::Option*> registered;
     for (std::size_t i = 0; i < given.size(); ++i) {
@@ -222,7 +238,7 @@ void Tool::State::parse(int argc, char** argv)
     }
 }
 
-void Tool::State::resolve()
+void Tool::State::resolve(const std::string& command)
 {
     if (help) {
         std::fputs(help_text().c_str(), stdout);
@@ -230,6 +246,11 @@ void Tool::State::resolve()
     }
     if (version) {
         fmt::print("{} {} ({}, for {})\n", name, project_version(), project_commit(), processor_name());
+        throw EarlyExit{};
+    }
+    if (!completion.empty()) {
+        require_input(completion == "bash", "--completion: there is one for bash, not for '{}'", completion);
+        fmt::print("{}", completion_script(command));
         throw EarlyExit{};
     }
     for (const ToolListing& listing : listings) {
@@ -306,7 +327,7 @@ int Tool::run(int argc, char** argv, const std::function<void()>& body)
     try {
         state_->parse(argc, argv);
         try {
-            state_->resolve();
+            state_->resolve(fs::path(argv[0]).filename().string());
             body();
         } catch (const EarlyExit&) {
         }

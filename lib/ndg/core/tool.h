@@ -17,8 +17,8 @@ namespace ndg {
 /// the tool's section in the JSON config ({"make-template": {"target_edge_length": 0.03}}), a line of --help and an
 /// entry of the stored config. The command line beats the file, the file beats the default. Unknown keys and sections
 /// are errors that name the nearest known one. Every tool has --config, --print-config, --seed (also a key of the
-/// section or of the file's top level), --threads, --log-level, --force, --version and --help. Sections of other tools
-/// and a text "description" may stand in the same file. A bool has --flag and --no-flag.
+/// section or the file's top level), --threads, --log-level, --force, --version, --help, --completion (completion.h).
+/// Sections of other tools and a text "description" may stand in the same file. A bool has --flag and --no-flag.
 class Tool {
 public:
     /// `summary`: one sentence; `example`: one full command line, shown by --help.

@@ -95,6 +95,25 @@ void check_numbers(hid_t dataset, const std::string& path, const std::string& na
     }
 }
 
+void check_schema(hid_t file, const std::string& path)
+{
+    std::vector<FileItem> items;
+    for (const std::string& name : dataset_names(file, path)) {
+        const Handle dataset = h5::open_dataset(file, path, name);
+        const Handle type(H5Dget_type(dataset), H5Tclose);
+        items.push_back({name, h5::type_name(type), h5::dataset_shape(dataset)});
+    }
+    for (const std::string& name : attribute_names(file, path)) {
+        const Handle attribute(H5Aopen(file, name.c_str(), H5P_DEFAULT), H5Aclose);
+        const Handle type(H5Aget_type(attribute), H5Tclose);
+        items.push_back({"@" + name, h5::type_name(type), {}});
+    }
+    std::string format;
+    h5::read_text_attribute(file, path, "format", format);
+    const std::string violation = schema_violation(format, items);
+    require_input(violation.empty(), "{}: {}", path, violation);
+}
+
 }  // namespace
 
 H5Listing list_h5(const std::string& path)
@@ -117,15 +136,18 @@ H5Listing list_h5(const std::string& path)
     return listing;
 }
 
+void check_h5_schema(const std::string& path)
+{
+    check_schema(h5::open_file(path), path);
+}
+
 void check_h5(const std::string& path)
 {
     const Handle file = h5::open_file(path);
-    std::vector<FileItem> items;
     for (const std::string& name : dataset_names(file, path)) {
         const Handle dataset = h5::open_dataset(file, path, name);
         const Handle type(H5Dget_type(dataset), H5Tclose);
         const H5T_class_t type_class = H5Tget_class(type);
-        items.push_back({name, h5::type_name(type), h5::dataset_shape(dataset)});
         if (type_class == H5T_STRING) {
             h5::read_text_dataset(dataset, path, name);
         } else {
@@ -135,15 +157,7 @@ void check_h5(const std::string& path)
             check_numbers(dataset, path, name);
         }
     }
-    for (const std::string& name : attribute_names(file, path)) {
-        const Handle attribute(H5Aopen(file, name.c_str(), H5P_DEFAULT), H5Aclose);
-        const Handle type(H5Aget_type(attribute), H5Tclose);
-        items.push_back({"@" + name, h5::type_name(type), {}});
-    }
-    std::string format;
-    h5::read_text_attribute(file, path, "format", format);
-    const std::string violation = schema_violation(format, items);
-    require_input(violation.empty(), "{}: {}", path, violation);
+    check_schema(file, path);
 }
 
 }  // namespace ndg

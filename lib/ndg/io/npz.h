@@ -2,9 +2,9 @@
 // Arrays of a NumPy archive: a zip file of .npy files, as numpy.savez and numpy.savez_compressed write it.
 #pragma once
 
-#include <cstddef>
+#include "ndg/io/zip_file.h"
+
 #include <cstdint>
-#include <map>
 #include <string>
 #include <vector>
 
@@ -21,23 +21,14 @@ public:
     /// Throws InputError naming the file: missing, no zip archive, truncated, encrypted, larger than 4 GiB.
     explicit NpzFile(const std::string& path);
 
-    const std::string& path() const { return path_; }
-    bool has(const std::string& key) const { return entries_.count(key) > 0; }
+    const std::string& path() const { return zip_.path(); }
+    bool has(const std::string& key) const { return zip_.has(key + ".npy"); }
     /// float32, float64 or integers in C order, little-endian. Throws InputError naming file, key and value: missing
     /// key, wrong checksum, other type (pickled objects among them), size that does not match the shape, non-finite.
     NpyArray read(const std::string& key) const;
 
 private:
-    struct Entry {
-        unsigned method = 0;  ///< 0 stored, 8 deflated
-        std::uint32_t checksum = 0;
-        std::size_t packed_size = 0, size = 0, header = 0;
-    };
-    std::string unpack(const std::string& key) const;
-
-    std::string path_;
-    std::string bytes_;
-    std::map<std::string, Entry> entries_;  ///< by name without ".npy"
+    ZipFile zip_;
 };
 
 }  // namespace ndg

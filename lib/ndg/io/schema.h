@@ -44,5 +44,7 @@ void check_format(const std::string& format, int version);
 /// The first way in which `items` differ from the format's schema: an item that is not in it, of another type or shape,
 /// or a required one that is missing. "" if there is none, and for a format without a schema.
 std::string schema_violation(const std::string& format, const std::vector<FileItem>& items);
+/// Throws InputError naming the first such way of an HDF5 file. Reads no data; check_h5 (h5.h) does.
+void check_h5_schema(const std::string& path);
 
 }  // namespace ndg

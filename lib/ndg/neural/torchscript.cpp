@@ -3,6 +3,7 @@
 
 #include "ndg/core/error.h"
 #include "ndg/core/file.h"
+#include "ndg/io/licences.h"
 #include "ndg/neural/model_state.h"
 
 #include <torch/csrc/jit/api/module.h>
@@ -102,12 +103,8 @@ private:
 std::string metadata(const NeuralModel& model, const NeuralModel::State& state, const Provenance& provenance)
 {
     Json inputs = Json::array();
-    std::string licences = provenance.licences;
-    for (const Provenance::Input& input : provenance.inputs) {
+    for (const Provenance::Input& input : provenance.inputs)
         inputs.push_back({{"path", input.path}, {"sha256", input.sha256}});
-        if (input.licences.empty() || licences.find(input.licences) != std::string::npos) continue;
-        licences += (licences.empty() ? "" : "\n") + input.licences;
-    }
     const TrainingCurve& curve = model.curve();
     return Json{
         {"method", method_name(model.options())},
@@ -123,7 +120,7 @@ std::string metadata(const NeuralModel& model, const NeuralModel::State& state, 
          curve.best_epoch > 0 ? Json(curve.validation_loss[static_cast<std::size_t>(curve.best_epoch) - 1]) : Json()},
         {"created_by", project_version() + " " + project_commit()},
         {"inputs", inputs},
-        {"licences", licences}}
+        {"licences", merged_licences(provenance)}}
         .dump(2);
 }
 

@@ -3,7 +3,7 @@
 
 #include "ndg/core/error.h"
 #include "ndg/core/log.h"
-#include "ndg/core/project_files.h"
+#include "ndg/core/installed_files.h"
 #include "ndg/motion/keyframes.h"
 #include "ndg/motion/motion_files.h"
 #include "ndg/motion/resample_poses.h"
@@ -143,8 +143,8 @@ void MotionFiles::add(Tool& tool, bool required)
 
 void MotionFiles::complete()
 {
-    if (joint_map.empty() && joint_maps.empty()) joint_maps = find_project_config("joint-maps");
-    if (joint_limits.empty()) joint_limits = find_project_config("joint-limits.json");
+    if (joint_map.empty() && joint_maps.empty()) joint_maps = installed_path("joint-maps");
+    if (joint_limits.empty()) joint_limits = installed_path("joint-limits.json");
 }
 
 void describe(OptionList& list, MotionImportOptions& options)

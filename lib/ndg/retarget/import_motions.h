@@ -21,7 +21,7 @@ struct MotionFiles {
 
     /// --motion, --joint-map, --joint-maps and --joint-limits; the tool keeps references.
     void add(Tool& tool, bool required);
-    /// The project's own maps and limits where none are given (find_project_config).
+    /// The project's own maps and limits where none are given (installed_path).
     void complete();
 };
 

@@ -3,6 +3,7 @@
 
 #include "ndg/core/error.h"
 #include "ndg/io/h5.h"
+#include "ndg/runtime/model_layout.h"
 
 #include <algorithm>
 #include <numeric>
@@ -46,51 +47,44 @@ std::vector<int> prisms_of(const H5Reader& file, const std::string& group)
     return prisms;
 }
 
-/// Shapes and vectors of one part; `region`: its number, or -1 where there is one network.
-void read_part(const H5Reader& file, int region, const RuntimeWeights& weights, RuntimePart& part, PartSource& source)
+/// Shapes and vectors of one part.
+void read_part(const H5Reader& file, const PartLayout& layout, const RuntimeWeights& weights, RuntimePart& part,
+               PartSource& source)
 {
-    const std::string prefix = region < 0 ? "" : std::to_string(region) + "_";
-    const std::string group = region < 0 ? "/network" : "/network/region_" + std::to_string(region);
-    for (int i = 0; file.has(fmt::format("/network/layer_{}{}/weight", prefix, i)); ++i) {
-        const std::string name = fmt::format("/network/layer_{}{}", prefix, i);
-        const std::vector<std::size_t> shape = file.shape(name + "/weight");
-        require_input(shape.size() == 2, "{}: {}/weight is no matrix", file.path(), name);
+    for (const LayerLayout& stored : layout.layers) {
         RuntimeLayer layer;
-        layer.num_rows = static_cast<int>(shape[0]);
-        layer.num_columns = static_cast<int>(shape[1]);
+        layer.num_rows = stored.num_rows;
+        layer.num_columns = stored.num_columns;
         layer.storage = weights.hidden_layers;
-        if (file.has(name + "/norm_weight")) {
-            layer.norm_weight = read_floats(file, name + "/norm_weight", layer.num_rows);
-            layer.norm_bias = read_floats(file, name + "/norm_bias", layer.num_rows);
+        if (stored.has_norm) {
+            layer.norm_weight = read_floats(file, stored.group + "/norm_weight", layer.num_rows);
+            layer.norm_bias = read_floats(file, stored.group + "/norm_bias", layer.num_rows);
         }
-        source.layers.push_back(name);
-        source.biases.push_back(file.read_doubles(name + "/bias", layer.num_rows));
+        source.layers.push_back(stored.group);
+        source.biases.push_back(file.read_doubles(stored.group + "/bias", layer.num_rows));
         part.layers.push_back(std::move(layer));
     }
-    require_input(!part.layers.empty(), "{}: has no /network/layer_{}0/weight", file.path(), prefix);
-    if (file.has(group + "/output_basis")) {
-        source.basis = group + "/output_basis";
-        const std::vector<std::size_t> shape = file.shape(source.basis);
-        require_input(shape.size() == 2, "{}: {} is no matrix", file.path(), source.basis);
-        source.basis_rows.resize(static_cast<Eigen::Index>(shape[0]), static_cast<Eigen::Index>(shape[1]));
-        for (std::size_t k = 0; k < shape[0]; ++k) {
-            const std::vector<float> row = file.read_slice(source.basis, k);
-            std::copy(row.begin(), row.end(), source.basis_rows.row(static_cast<Eigen::Index>(k)).data());
+    if (!layout.basis.empty()) {
+        source.basis = layout.basis;
+        source.basis_rows.resize(part.layers.back().num_rows, layout.num_outputs);
+        for (Eigen::Index k = 0; k < source.basis_rows.rows(); ++k) {
+            const std::vector<float> row = file.read_slice(source.basis, static_cast<std::size_t>(k));
+            std::copy(row.begin(), row.end(), source.basis_rows.row(k).data());
         }
         RuntimeLayer layer;
-        layer.num_rows = static_cast<int>(shape[1]);
-        layer.num_columns = static_cast<int>(shape[0]);
+        layer.num_rows = layout.num_outputs;
+        layer.num_columns = static_cast<int>(source.basis_rows.rows());
         part.layers.push_back(layer);
     }
     part.layers.back().storage = weights.last_layer;
     int& num_outputs = part.layers.back().num_rows;
     std::vector<int> prisms(static_cast<std::size_t>(num_outputs / entries));
     std::iota(prisms.begin(), prisms.end(), 0);
-    part.inputs.resize(static_cast<std::size_t>(part.layers.front().num_columns));
+    part.inputs.resize(static_cast<std::size_t>(layout.num_inputs()));
     std::iota(part.inputs.begin(), part.inputs.end(), 0);
-    if (region >= 0) {
-        prisms = prisms_of(file, group);
-        part.inputs = file.read_ints(group + "/inputs", part.layers.front().num_columns, 0, 1 << 30);
+    if (!layout.region.empty()) {
+        prisms = prisms_of(file, layout.region);
+        part.inputs = file.read_ints(layout.region + "/inputs", layout.num_inputs(), 0, 1 << 30);
     }
     require_input(num_outputs == entries * static_cast<int>(prisms.size()), "{}: {} outputs where {} prisms have {}",
                   file.path(), num_outputs, prisms.size(), entries * prisms.size());
@@ -172,11 +166,9 @@ void export_runtime_model(const std::string& model_path, const RuntimeWeights& w
     model.visible_joints =
         file.read_ints("/input/visible_joints", static_cast<std::int64_t>(model.joint_names.size()), 0, 1);
     model.shape_space = read_model_shape_space(file, -1);
-    const bool regional = file.has("/network/layer_0_0/weight");
     std::vector<PartSource> sources;
-    for (int region = 0; region == 0 || (regional && file.has(fmt::format("/network/layer_{}_0/weight", region)));
-         ++region)
-        read_part(file, regional ? region : -1, weights, model.parts.emplace_back(), sources.emplace_back());
+    for (const PartLayout& layout : read_model_layout(file))
+        read_part(file, layout, weights, model.parts.emplace_back(), sources.emplace_back());
     try {
         model.check();
     } catch (const Error& error) {

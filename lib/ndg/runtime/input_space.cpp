@@ -2,14 +2,13 @@
 #include "ndg/runtime/input_space.h"
 
 #include "ndg/core/error.h"
-
-#include <algorithm>
+#include "ndg/runtime/model_traits.h"
 
 namespace ndg {
 InputSpace::InputSpace(const Template& body_template, const ShapeSpace& shape_space, bool sees_shape)
     : shape_space_(shape_space),
       sees_shape_(sees_shape),
-      code_scale_(shape_space.dimension() > 0 ? std::max(shape_space.standard_deviations.maxCoeff(), 1e-12) : 1.0),
+      code_scale_(shape_code_scale(shape_space)),
       joint_names_(body_template.skeleton.joint_names),
       visible_joints_(body_template.visible_joints())
 {

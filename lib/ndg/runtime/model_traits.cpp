@@ -3,6 +3,8 @@
 
 #include "ndg/core/error.h"
 
+#include <algorithm>
+
 namespace ndg {
 namespace {
 
@@ -40,6 +42,11 @@ ShapeSpace read_model_shape_space(const H5Reader& file, Eigen::Index num_coordin
     space.standard_deviations = Eigen::Map<const Eigen::VectorXd>(deviations.data(), space.components.cols());
     space.explained_variance = file.attribute_double("explained_variance");
     return space;
+}
+
+double shape_code_scale(const ShapeSpace& space)
+{
+    return space.dimension() > 0 ? std::max(space.standard_deviations.maxCoeff(), 1e-12) : 1.0;
 }
 
 }  // namespace ndg

@@ -26,5 +26,7 @@ struct ModelTraits {
 ModelTraits read_model_traits(const H5Reader& file);
 /// Its shape space, of `num_coordinates` numbers a body; -1: any.
 ShapeSpace read_model_shape_space(const H5Reader& file, Eigen::Index num_coordinates);
+/// What codes are divided by before a network sees them, m: the standard deviation of the first component.
+double shape_code_scale(const ShapeSpace& space);
 
 }  // namespace ndg

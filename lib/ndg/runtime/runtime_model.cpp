@@ -3,6 +3,7 @@
 
 #include "ndg/core/error.h"
 #include "ndg/core/file.h"
+#include "ndg/io/licences.h"
 
 #include <fcntl.h>
 #include <sys/mman.h>
@@ -55,11 +56,8 @@ void for_numbers(Space& space, const F& f)
 json describe_model(const RuntimeDescription& model, const Provenance& provenance)
 {
     json inputs = json::array(), parts = json::array();
-    std::string licences = provenance.licences;
-    for (const Provenance::Input& input : provenance.inputs) {
+    for (const Provenance::Input& input : provenance.inputs)
         inputs.push_back({{"path", input.path}, {"sha256", input.sha256}});
-        if (!input.licences.empty()) licences += (licences.empty() ? "" : "\n") + input.licences;
-    }
     for (const RuntimePart& part : model.parts) {
         json layers = json::array();
         for (const RuntimeLayer& layer : part.layers)
@@ -74,7 +72,7 @@ json describe_model(const RuntimeDescription& model, const Provenance& provenanc
     return {{"created_by", {{"tool", provenance.tool}, {"version", project_version()}, {"commit", project_commit()}}},
             {"config", json::parse(provenance.config_json)},
             {"inputs", inputs},
-            {"licences", licences},
+            {"licences", merged_licences(provenance)},
             {"template_sha256", model.template_sha256},
             {"bone_wrap", to_name(model.traits.posing.bone_wrap)},
             {"output_space", model.traits.output_space},
@@ -205,9 +203,9 @@ RuntimeModel::RuntimeModel(const std::string& path) : path_(path)
     require_input(found_version == version, "{}: has version {} of the runtime model, this program reads {}", path,
                   found_version, version);
     require_input(text_length <= size - head_bytes, "{}: is cut off", path);
-    const char* const text = reinterpret_cast<const char*>(begin + head_bytes);
+    head_.assign(reinterpret_cast<const char*>(begin + head_bytes), text_length);
     try {
-        static_cast<RuntimeDescription&>(*this) = parse_model(json::parse(text, text + text_length));
+        static_cast<RuntimeDescription&>(*this) = parse_model(json::parse(head_));
         check();
     } catch (const json::exception& error) {
         throw InputError(fmt::format("{}: its head is damaged ({})", path, error.what()));
@@ -229,6 +227,22 @@ RuntimeModel::RuntimeModel(const std::string& path) : path_(path)
                               layer_bytes(layer) <= size - data_begin - layer.offset,
                           "{}: is cut off, or a layer lies outside of it", path);
             layer.blocks = begin + data_begin + layer.offset;
+        }
+}
+
+void RuntimeModel::check_weights() const
+{
+    const ShapeSpace& space = shape_space;
+    require_input(space.mean.allFinite() && space.components.allFinite() && space.standard_deviations.allFinite(),
+                  "{}: a number of the shape space is not finite", path_);
+    for (std::size_t p = 0; p < parts.size(); ++p)
+        for (std::size_t i = 0; i < parts[p].layers.size(); ++i) {
+            const RuntimeLayer& layer = parts[p].layers[i];
+            const std::size_t bytes = weight_block_bytes(layer.storage, layer.num_columns);
+            for (int b = 0; b < num_weight_blocks(layer.num_rows); ++b)
+                require_input(is_finite_block(layer.storage, layer.num_columns,
+                                              layer.blocks + bytes * static_cast<std::size_t>(b)),
+                              "{}: block {} of layer {} of part {} is not finite", path_, b, i, p);
         }
 }
 

@@ -57,11 +57,15 @@ public:
     explicit RuntimeModel(const std::string& path);
 
     const std::string& path() const { return path_; }
+    /// JSON at the beginning of the file: beside the description created_by, config, inputs and licences.
+    const std::string& head() const { return head_; }
+    /// Throws InputError naming the first layer with a number that is not finite. Reads the whole file.
+    void check_weights() const;
     std::size_t weight_bytes() const;
     std::int64_t num_weights() const;
 
 private:
-    std::string path_;
+    std::string path_, head_;
     std::shared_ptr<const std::byte> mapping_;
 };
 

@@ -92,6 +92,27 @@ void pack_weight_block(WeightStorage storage, int num_columns, const float* rows
     std::memcpy(after + 2 * group_bytes, sums, sizeof(sums));
 }
 
+bool is_finite_block(WeightStorage storage, int num_columns, const std::byte* block)
+{
+    const auto groups = static_cast<std::size_t>(num_groups(storage, num_columns));
+    const auto value_at = [&](std::size_t word) {
+        float value = 0;
+        std::memcpy(&value, block + sizeof(float) * word, sizeof(float));
+        return value;
+    };
+    const std::size_t words = group_bytes / sizeof(float);
+    bool finite = true;
+    for (std::size_t w = 0; w < groups * words && storage != WeightStorage::int8; ++w) {
+        const std::uint32_t bits = bits_of(value_at(w));
+        finite = finite && std::isfinite(value_at(w)) &&
+                 (storage == WeightStorage::float32 || std::isfinite(from_bfloat16(static_cast<std::uint16_t>(bits))));
+    }
+    const std::size_t after = storage == WeightStorage::int8 ? 2 : 1;  // biases, scales
+    for (std::size_t w = groups * words; w < (groups + after) * words; ++w)
+        finite = finite && std::isfinite(value_at(w));
+    return finite;
+}
+
 void PackedVector::set(const float* values, int count, WeightStorage storage)
 {
     size_ = count;

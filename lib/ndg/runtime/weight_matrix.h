@@ -33,6 +33,8 @@ inline int num_weight_blocks(int num_rows)
 /// its largest value on each side, an error of at most half a step a weight.
 void pack_weight_block(WeightStorage storage, int num_columns, const float* rows, const float* biases,
                        std::byte* block);
+/// Whether the weights, scales and biases of a block are finite.
+bool is_finite_block(WeightStorage storage, int num_columns, const std::byte* block);
 
 /// A vector, ready to be multiplied.
 class PackedVector {
