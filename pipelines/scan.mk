@@ -31,12 +31,12 @@ scan-given:
 	$(CHECK_DATA)
 	@test ! -e "configs/$(NAME).json" -a "$(NAME)" != templates -a "$(NAME)" != bench || { echo "results would go among others in out/$(NAME)/: give NAME=<name>" >&2; exit 2; }
 
-body: scan-given build ## a layered body of one scan, out/<name>/{body.h5,report.txt,*.png}; SCAN=<file> [SEX=] [AGE=] [NAME=]
+body: scan-given tools ## a layered body of one scan, out/<name>/{body.h5,report.txt,*.png}; SCAN=<file> [SEX=] [AGE=] [NAME=]
 	@$(MAKE) --no-print-directory $(OWN)/report.txt $(OWN)/fit.png $(OWN)/body.png $(OWN)/section.png
 	@cat $(OWN)/report.txt
 	@echo "body: $(OWN)/body.h5; pictures: $(OWN)/fit.png, body.png, section.png"
 
-animate: scan-given build ## the body of one scan in a motion, out/<name>/<motion>/<method>.{h5,html,obj,pc2,png}; SCAN=<file> [MOTION=<file>] [METHOD=fem]
+animate: scan-given tools ## the body of one scan in a motion, out/<name>/<motion>/<method>.{h5,html,obj,pc2,png}; SCAN=<file> [MOTION=<file>] [METHOD=fem]
 	@$(MAKE) --no-print-directory $(CLIP)/$(METHOD).html $(CLIP)/$(METHOD).pc2 $(CLIP)/$(METHOD).png
 	@echo "page: $(CLIP)/$(METHOD).html, for any browser"
 	@echo "animation: $(CLIP)/$(METHOD).obj moved by $(CLIP)/$(METHOD).pc2; frames: $(CLIP)/$(METHOD).png; flesh: $(CLIP)/$(METHOD).h5"
