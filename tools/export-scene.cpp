@@ -5,6 +5,8 @@
 #include "ndg/dataset/deformation_file.h"
 #include "ndg/export/export_meshes.h"
 #include "ndg/page/page.h"
+#include "ndg/scene/clip.h"
+#include "ndg/scene/clip_file.h"
 #include "ndg/scene/colour_map.h"
 #include "ndg/scene/contact_sheet.h"
 #include "ndg/scene/error_pictures.h"
@@ -49,6 +51,14 @@ Selection select(const Selection& asked, const Inputs& inputs)
     require_input(selection.pose_idx < inputs.poses.size(), "Pose {} lies outside the {} poses of --poses",
                   selection.pose_idx, inputs.poses.size());
     return selection;
+}
+
+/// The pose or sample `frame_idx` places after the one that is asked for.
+Selection selected_frame(const Selection& asked, int frame_idx, const Inputs& inputs)
+{
+    Selection selection = asked;
+    if (frame_idx > 0) (asked.sample_idx >= 0 ? selection.sample_idx : selection.pose_idx) += frame_idx;
+    return select(selection, inputs);
 }
 
 BodyGeometry geometry_of(const Selection& selection, const Inputs& inputs)
@@ -140,11 +150,7 @@ MeshSequence mesh_sequence(const Selection& asked, int num_frames, const std::st
 {
     require_input(num_frames == 1 || asked.pose_idx >= 0 || asked.sample_idx >= 0,
                   "--frames {} needs --pose or --sample to start from", num_frames);
-    const auto selected = [asked, &inputs](int frame_idx) {
-        Selection selection = asked;
-        (asked.sample_idx >= 0 ? selection.sample_idx : selection.pose_idx) += frame_idx;
-        return select(selection, inputs);
-    };
+    const auto selected = [asked, &inputs](int frame_idx) { return selected_frame(asked, frame_idx, inputs); };
     selected(num_frames - 1);  // out of range is found before anything is written
     const Template& body_template = inputs.poser.body_template();
     const Selection first = selected(0);
@@ -178,17 +184,16 @@ MeshSequence mesh_sequence(const Selection& asked, int num_frames, const std::st
     return sequence;
 }
 
-/// Of samples in their order, Hz: that of their clip, thinned as they are; of poses that are no motion, slow.
-double shown_frame_rate(const DeformationSet& set, const std::vector<int>& samples, const PoseSet& poses)
+/// Of poses in their order, Hz: that of their clip, thinned as they are; of poses that are no motion, slow.
+double shown_frame_rate(const std::vector<int>& shown, const PoseSet& poses)
 {
     constexpr double no_motion = 1.5;
-    if (samples.size() < 2) return no_motion;
-    const auto pose_of = [&](std::size_t k) { return set.pairs[samples[k]].pose_idx; };
-    const int clip_idx = poses.clip_idx[pose_of(0)];
-    const int step = poses.frame_idx[pose_of(1)] - poses.frame_idx[pose_of(0)];
-    for (std::size_t k = 1; k < samples.size(); ++k)
-        if (poses.clip_idx[pose_of(k)] != clip_idx ||
-            poses.frame_idx[pose_of(k)] - poses.frame_idx[pose_of(k - 1)] != step || step <= 0)
+    if (shown.size() < 2) return no_motion;
+    const int clip_idx = poses.clip_idx[shown[0]];
+    const int step = poses.frame_idx[shown[1]] - poses.frame_idx[shown[0]];
+    for (std::size_t k = 1; k < shown.size(); ++k)
+        if (poses.clip_idx[shown[k]] != clip_idx || poses.frame_idx[shown[k]] - poses.frame_idx[shown[k - 1]] != step ||
+            step <= 0)
             return no_motion;
     return poses.clip_frame_rates[clip_idx] / step;
 }
@@ -204,6 +209,7 @@ PageMotion page_motion(const Selection& asked, int num_frames, const Inputs& inp
                   reference.size(), reference.method);
     const int body_idx = reference.pairs[first].body_idx;
     std::vector<std::vector<int>> samples(inputs.files.size());  // file, frame
+    std::vector<int> shown;
     PageMotion motion;
     for (int s = first; s < reference.size() && (num_frames == 0 || int(motion.poses.size()) < num_frames); ++s) {
         const SamplePair& pair = reference.pairs[s];
@@ -216,16 +222,47 @@ PageMotion page_motion(const Selection& asked, int num_frames, const Inputs& inp
                           describe(pair));
             samples[f].push_back(int(found - pairs.begin()));
         }
+        shown.push_back(pair.pose_idx);
         motion.poses.push_back(inputs.poses.poses[pair.pose_idx]);
     }
     const int pose_idx = reference.pairs[first].pose_idx, clip_idx = inputs.poses.clip_idx[pose_idx];
     motion.body = &inputs.bodies.bodies[body_idx];
-    motion.frame_rate = shown_frame_rate(reference, samples[0], inputs.poses);
+    motion.frame_rate = shown_frame_rate(shown, inputs.poses);
     motion.title = fmt::format("{}, {}", motion.body->name, inputs.poses.clip_names[clip_idx]);
     for (std::size_t f = 0; f < inputs.files.size(); ++f)
         motion.methods.push_back({inputs.files[f].method, [&file = inputs.files[f], chosen = samples[f]](int frame) {
                                       return file.points(chosen[frame]);
                                   }});
+    return motion;
+}
+
+/// `num_poses` poses or samples from `asked` on. Keeps references to `settings` and `inputs`.
+ClipMotion clip_motion(const Selection& asked, int num_poses, const SectionChoice& cut, const PictureSettings& settings,
+                       const Inputs& inputs)
+{
+    const Selection first = select(asked, inputs);
+    const Template& body_template = inputs.poser.body_template();
+    const Body& body = inputs.bodies.bodies[first.body_idx];
+    ClipMotion motion;
+    motion.body_template = &body_template;
+    motion.num_poses = num_poses;
+    motion.view = settings.view;
+    if (num_poses > 1) {
+        std::vector<int> shown;
+        for (int k = 0; k < num_poses; ++k) shown.push_back(selected_frame(asked, k, inputs).pose_idx);
+        motion.pose_rate = shown_frame_rate(shown, inputs.poses);
+    }
+    motion.moment = [asked, cut, &inputs](int frame_idx) {
+        const Selection selection = selected_frame(asked, frame_idx, inputs);
+        const Pose rest = Pose::rest(inputs.poser.body_template().skeleton.num_joints());
+        const PosedBody posed =
+            inputs.poser.pose(inputs.bodies.bodies[selection.body_idx],
+                              selection.pose_idx < 0 ? rest : inputs.poses.poses[selection.pose_idx]);
+        return ClipMoment{geometry_of(selection, inputs), posed_cut(posed, cut)};
+    };
+    motion.skin = [&body_template, &body, &settings](const ClipMoment& moment) {
+        return shown_skin(body_template, body, moment.geometry, settings);
+    };
     return motion;
 }
 
@@ -247,7 +284,7 @@ int main(int argc, char** argv)
     Tool tool("export-scene", "Renders pictures of bodies and samples, and writes them as meshes for other programs",
               "export-scene --template template.h5 --bodies bodies.h5 --body 3 --picture layers.png "
               "--picture-kind layers --mesh body.glb");
-    std::string template_path, bodies_path, poses_path, mesh_path, page_path, picture_path;
+    std::string template_path, bodies_path, poses_path, mesh_path, page_path, picture_path, clip_path;
     std::vector<std::string> deformation_paths;
     Selection asked;
     PosingOptions posing;
@@ -256,6 +293,7 @@ int main(int argc, char** argv)
     PictureSettings settings;
     ContactSheetSettings sheet;
     SectionChoice section;
+    ClipSettings clip;
     int height = 0;
     double error_range_mm = 5.0;
     tool.input("template", template_path, "Template");
@@ -270,22 +308,28 @@ int main(int argc, char** argv)
                 "HTML page that shows the samples of --deformations in motion, several methods beside each other",
                 false);
     tool.output("picture", picture_path, "PNG picture", false);
+    tool.output(
+        "clip", clip_path,
+        "Poses or samples one after the other, the camera on its way: animated .webp, .png (numbered, out_{:04}.png), "
+        "or .mp4, .mkv, .mov, .webm, .gif by ffmpeg",
+        false);
     tool.parameter("body", asked.body_idx, "Body index", 0, 1 << 30);
     tool.parameter("pose", asked.pose_idx, "Pose index, moved by linear blend skinning; -1: at rest", -1, 1 << 30);
     tool.parameter("sample", asked.sample_idx, "Sample of the deformation file; -1: none", -1, 1 << 30);
-    tool.parameter(
-        "frames", num_frames,
-        "Poses or samples from --pose or --sample on that --mesh or --page holds; where each is a file, its name holds "
-        "the place of the number, out_{:04}.ply; 0: all",
-        0, 1000000);
+    tool.parameter("frames", num_frames,
+                   "Poses or samples from --pose or --sample on that --mesh, --page or --clip holds; where each is a "
+                   "file, its name holds "
+                   "the place of the number, out_{:04}.ply; 0: all",
+                   0, 1000000);
     tool.parameter("surface", surface, "What --mesh holds; parts: all, with each bone and muscle as a mesh of its own",
                    {"all", "parts", "skin", "muscle_wrap", "bone_wrap", "bones", "muscles"});
     tool.parameter("picture-kind", kind, "What the picture shows",
                    {"body", "layers", "cut", "section", "frames", "worst", "errors", "bodies", "poses"});
-    tool.parameter("plane", section.kind, "Plane of the sections, for --picture-kind section");
+    tool.parameter("plane", section.kind, "Plane of --picture-kind section and --show cut-away");
     tool.parameter("through", section.joint, "Joint the plane goes through; empty: pelvis, left_upper_arm or spine_4");
     tool.parameter("offset", section.offset, "Metres from there to the left, forward or up", -2.0, 2.0);
     tool.options(posing);
+    tool.options(clip);
     tool.parameter("view", settings.view, "Where the camera stands");
     tool.parameter("colour", colour, "Skin in plain colour or by volume change", {"plain", "volume"});
     tool.parameter("colour-range", settings.colour_range, "Volume change shown in full colour", 1e-3, 10.0);
@@ -299,8 +343,8 @@ int main(int argc, char** argv)
     tool.parameter("supersampling", settings.samples_per_axis, "Rays along each side of a pixel", 1, 8);
 
     return tool.run(argc, argv, [&] {
-        require_input(!mesh_path.empty() || !page_path.empty() || !picture_path.empty(),
-                      "Give --picture, --mesh, --page or several of them");
+        require_input(!mesh_path.empty() || !page_path.empty() || !picture_path.empty() || !clip_path.empty(),
+                      "Give --picture, --mesh, --page, --clip or several of them");
         sheet.view = settings.view;
         sheet.samples_per_axis = settings.samples_per_axis;
         if (height > 0) settings.height = sheet.cell_height = height;
@@ -340,6 +384,11 @@ int main(int argc, char** argv)
                 "{}: {} frames of {} methods, every vertex within {:.2f} mm; {} of {} anatomy vertices are stored\n",
                 page_path, motion.poses.size(), motion.methods.size(), 1e3 * figures.largest_error, figures.num_stored,
                 figures.num_anatomy);
+        }
+        if (!clip_path.empty()) {
+            clip.samples_per_axis = settings.samples_per_axis;
+            write_clip(clip_path, Clip(clip_motion(asked, num_frames, section, settings, inputs), clip), clip.quality);
+            std::cout << clip_path << "\n";
         }
         if (picture_path.empty()) return;
         require_input(kind != "cut" || select(asked, inputs).pose_idx < 0,
