@@ -5,12 +5,12 @@
 #include "ndg/dataset/deformation_file.h"
 #include "ndg/export/export_meshes.h"
 #include "ndg/page/page.h"
-#include "ndg/scene/clip.h"
-#include "ndg/scene/clip_file.h"
 #include "ndg/scene/colour_map.h"
 #include "ndg/scene/contact_sheet.h"
 #include "ndg/scene/error_pictures.h"
 #include "ndg/scene/pictures.h"
+#include "ndg/scene/video.h"
+#include "ndg/scene/video_file.h"
 
 #include <algorithm>
 #include <filesystem>
@@ -56,6 +56,8 @@ Selection select(const Selection& asked, const Inputs& inputs)
 /// The pose or sample `frame_idx` places after the one that is asked for.
 Selection selected_frame(const Selection& asked, int frame_idx, const Inputs& inputs)
 {
+    require_input(frame_idx == 0 || asked.pose_idx >= 0 || asked.sample_idx >= 0,
+                  "--frames {} needs --pose or --sample to start from", frame_idx + 1);
     Selection selection = asked;
     if (frame_idx > 0) (asked.sample_idx >= 0 ? selection.sample_idx : selection.pose_idx) += frame_idx;
     return select(selection, inputs);
@@ -148,8 +150,6 @@ int remaining_frames(const Selection& asked, const PoseSet& poses, const std::ve
 MeshSequence mesh_sequence(const Selection& asked, int num_frames, const std::string& surface,
                            const PictureSettings& settings, const Inputs& inputs)
 {
-    require_input(num_frames == 1 || asked.pose_idx >= 0 || asked.sample_idx >= 0,
-                  "--frames {} needs --pose or --sample to start from", num_frames);
     const auto selected = [asked, &inputs](int frame_idx) { return selected_frame(asked, frame_idx, inputs); };
     selected(num_frames - 1);  // out of range is found before anything is written
     const Template& body_template = inputs.poser.body_template();
@@ -237,13 +237,13 @@ PageMotion page_motion(const Selection& asked, int num_frames, const Inputs& inp
 }
 
 /// `num_poses` poses or samples from `asked` on. Keeps references to `settings` and `inputs`.
-ClipMotion clip_motion(const Selection& asked, int num_poses, const SectionChoice& cut, const PictureSettings& settings,
-                       const Inputs& inputs)
+VideoMotion video_motion(const Selection& asked, int num_poses, const SectionChoice& cut,
+                         const PictureSettings& settings, const Inputs& inputs)
 {
     const Selection first = select(asked, inputs);
     const Template& body_template = inputs.poser.body_template();
     const Body& body = inputs.bodies.bodies[first.body_idx];
-    ClipMotion motion;
+    VideoMotion motion;
     motion.body_template = &body_template;
     motion.num_poses = num_poses;
     motion.view = settings.view;
@@ -258,9 +258,9 @@ ClipMotion clip_motion(const Selection& asked, int num_poses, const SectionChoic
         const PosedBody posed =
             inputs.poser.pose(inputs.bodies.bodies[selection.body_idx],
                               selection.pose_idx < 0 ? rest : inputs.poses.poses[selection.pose_idx]);
-        return ClipMoment{geometry_of(selection, inputs), posed_cut(posed, cut)};
+        return VideoMoment{geometry_of(selection, inputs), posed_cut(posed, cut)};
     };
-    motion.skin = [&body_template, &body, &settings](const ClipMoment& moment) {
+    motion.skin = [&body_template, &body, &settings](const VideoMoment& moment) {
         return shown_skin(body_template, body, moment.geometry, settings);
     };
     return motion;
@@ -284,7 +284,7 @@ int main(int argc, char** argv)
     Tool tool("export-scene", "Renders pictures of bodies and samples, and writes them as meshes for other programs",
               "export-scene --template template.h5 --bodies bodies.h5 --body 3 --picture layers.png "
               "--picture-kind layers --mesh body.glb");
-    std::string template_path, bodies_path, poses_path, mesh_path, page_path, picture_path, clip_path;
+    std::string template_path, bodies_path, poses_path, mesh_path, page_path, picture_path, video_path;
     std::vector<std::string> deformation_paths;
     Selection asked;
     PosingOptions posing;
@@ -293,7 +293,7 @@ int main(int argc, char** argv)
     PictureSettings settings;
     ContactSheetSettings sheet;
     SectionChoice section;
-    ClipSettings clip;
+    VideoSettings video;
     int height = 0;
     double error_range_mm = 5.0;
     tool.input("template", template_path, "Template");
@@ -309,15 +309,15 @@ int main(int argc, char** argv)
                 false);
     tool.output("picture", picture_path, "PNG picture", false);
     tool.output(
-        "clip", clip_path,
-        "Poses or samples one after the other, the camera on its way: animated .webp, .png (numbered, out_{:04}.png), "
+        "video", video_path,
+        "Poses or samples one after the other, or a camera on its way: animated .webp, .png (numbered, out_{:04}.png), "
         "or .mp4, .mkv, .mov, .webm, .gif by ffmpeg",
         false);
     tool.parameter("body", asked.body_idx, "Body index", 0, 1 << 30);
     tool.parameter("pose", asked.pose_idx, "Pose index, moved by linear blend skinning; -1: at rest", -1, 1 << 30);
     tool.parameter("sample", asked.sample_idx, "Sample of the deformation file; -1: none", -1, 1 << 30);
     tool.parameter("frames", num_frames,
-                   "Poses or samples from --pose or --sample on that --mesh, --page or --clip holds; where each is a "
+                   "Poses or samples from --pose or --sample on that --mesh, --page or --video holds; where each is a "
                    "file, its name holds "
                    "the place of the number, out_{:04}.ply; 0: all",
                    0, 1000000);
@@ -329,7 +329,7 @@ int main(int argc, char** argv)
     tool.parameter("through", section.joint, "Joint the plane goes through; empty: pelvis, left_upper_arm or spine_4");
     tool.parameter("offset", section.offset, "Metres from there to the left, forward or up", -2.0, 2.0);
     tool.options(posing);
-    tool.options(clip);
+    tool.options(video);
     tool.parameter("view", settings.view, "Where the camera stands");
     tool.parameter("colour", colour, "Skin in plain colour or by volume change", {"plain", "volume"});
     tool.parameter("colour-range", settings.colour_range, "Volume change shown in full colour", 1e-3, 10.0);
@@ -343,8 +343,8 @@ int main(int argc, char** argv)
     tool.parameter("supersampling", settings.samples_per_axis, "Rays along each side of a pixel", 1, 8);
 
     return tool.run(argc, argv, [&] {
-        require_input(!mesh_path.empty() || !page_path.empty() || !picture_path.empty() || !clip_path.empty(),
-                      "Give --picture, --mesh, --page, --clip or several of them");
+        require_input(!mesh_path.empty() || !page_path.empty() || !picture_path.empty() || !video_path.empty(),
+                      "Give --picture, --mesh, --page, --video or several of them");
         sheet.view = settings.view;
         sheet.samples_per_axis = settings.samples_per_axis;
         if (height > 0) settings.height = sheet.cell_height = height;
@@ -385,10 +385,11 @@ int main(int argc, char** argv)
                 page_path, motion.poses.size(), motion.methods.size(), 1e3 * figures.largest_error, figures.num_stored,
                 figures.num_anatomy);
         }
-        if (!clip_path.empty()) {
-            clip.samples_per_axis = settings.samples_per_axis;
-            write_clip(clip_path, Clip(clip_motion(asked, num_frames, section, settings, inputs), clip), clip.quality);
-            std::cout << clip_path << "\n";
+        if (!video_path.empty()) {
+            video.samples_per_axis = settings.samples_per_axis;
+            write_video(video_path, Video(video_motion(asked, num_frames, section, settings, inputs), video),
+                        video.quality);
+            std::cout << video_path << "\n";
         }
         if (picture_path.empty()) return;
         require_input(kind != "cut" || select(asked, inputs).pose_idx < 0,

@@ -11,9 +11,9 @@
 namespace ndg {
 
 /// Where frames go; files appear under their name when they are finished.
-class ClipWriter {
+class VideoWriter {
 public:
-    virtual ~ClipWriter() = default;
+    virtual ~VideoWriter() = default;
     virtual void add(const Image& frame) = 0;
     virtual void finish() = 0;
 };
@@ -22,9 +22,9 @@ public:
 /// picture; ".mp4", ".mkv", ".mov", ".webm", ".gif": by the program ffmpeg. `quality` from 0 to 100 of lossy ones.
 /// Throws InputError for another extension, for several frames and a ".png" without a place for the number, and where
 /// ffmpeg is needed and missing.
-std::unique_ptr<ClipWriter> clip_writer(const std::string& path, int num_frames, double frame_rate, int quality);
+std::unique_ptr<VideoWriter> video_writer(const std::string& path, int num_frames, double frame_rate, int quality);
 
 /// The files that the writer of this name writes.
-std::vector<std::string> clip_files(const std::string& path, int num_frames);
+std::vector<std::string> video_files(const std::string& path, int num_frames);
 
 }  // namespace ndg

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "ndg/scene/clip.h"
+#include "ndg/scene/video.h"
 
 #include "ndg/core/error.h"
 #include "ndg/core/file.h"
-#include "ndg/scene/clip_file.h"
+#include "ndg/scene/video_file.h"
 #include "scene/shapes.h"
 #include "support/support.h"
 
@@ -16,9 +16,9 @@ using namespace ndg;
 
 namespace {
 
-ClipSettings small_clip()
+VideoSettings small_video()
 {
-    ClipSettings settings;
+    VideoSettings settings;
     settings.look = Look::skin;
     settings.width = 60;
     settings.height = 80;
@@ -28,14 +28,14 @@ ClipSettings small_clip()
 }
 
 /// The tube, leaning to one side so that no two views of it are alike, at rest or in `poses` places beside each other.
-ClipMotion tube_motion(const Template& tube, int poses)
+VideoMotion tube_motion(const Template& tube, int poses)
 {
-    ClipMotion motion;
+    VideoMotion motion;
     motion.body_template = &tube;
     motion.num_poses = poses;
     motion.pose_rate = 10;
     motion.moment = [&tube](int pose) {
-        ClipMoment moment;
+        VideoMoment moment;
         moment.geometry = rest_geometry(tube, tube.rest);
         for (Points* points : {&moment.geometry.skin_vertices, &moment.geometry.volume_vertices}) {
             points->col(0) += 0.4 * points->col(1);
@@ -43,7 +43,7 @@ ClipMotion tube_motion(const Template& tube, int poses)
         }
         return moment;
     };
-    motion.skin = [&tube](const ClipMoment& moment) { return skin_surface(tube, moment.geometry); };
+    motion.skin = [&tube](const VideoMoment& moment) { return skin_surface(tube, moment.geometry); };
     return motion;
 }
 
@@ -57,19 +57,19 @@ int count_shown(const Image& image)
 TEST_CASE("A camera that goes once round a body ends where it began, and sees it from all sides")
 {
     const Template tube = test::tube_template();
-    ClipSettings settings = small_clip();
+    VideoSettings settings = small_video();
     settings.turn_degrees = 360;
     settings.seconds = 0.32;
-    const Clip clip(tube_motion(tube, 1), settings);
-    REQUIRE(clip.num_frames() == 8);
-    CHECK(clip.frame_rate() == 25);
-    const Image first = clip.frame(0);
-    CHECK(clip.frame(clip.num_frames()).pixels == first.pixels);
-    CHECK(clip.frame(0).pixels == first.pixels);
-    for (int i = 1; i < clip.num_frames(); ++i) CHECK(clip.frame(i).pixels != first.pixels);
+    const Video video(tube_motion(tube, 1), settings);
+    REQUIRE(video.num_frames() == 8);
+    CHECK(video.frame_rate() == 25);
+    const Image first = video.frame(0);
+    CHECK(video.frame(video.num_frames()).pixels == first.pixels);
+    CHECK(video.frame(0).pixels == first.pixels);
+    for (int i = 1; i < video.num_frames(); ++i) CHECK(video.frame(i).pixels != first.pixels);
     // Never cut off: nothing at the border but floor, and about as much of it from everywhere.
-    for (int i = 0; i < clip.num_frames(); ++i) {
-        const Image image = clip.frame(i);
+    for (int i = 0; i < video.num_frames(); ++i) {
+        const Image image = video.frame(i);
         for (int y = 0; y < image.height / 2; ++y) {
             CHECK(image.at(0, y) == image.at(0, 0));
             CHECK(image.at(image.width - 1, y) == image.at(0, 0));
@@ -78,16 +78,16 @@ TEST_CASE("A camera that goes once round a body ends where it began, and sees it
     }
     // Six seconds round a body that stands still, and one picture where nothing moves.
     settings.seconds = 0;
-    CHECK(Clip(tube_motion(tube, 1), settings).num_frames() == 150);
+    CHECK(Video(tube_motion(tube, 1), settings).num_frames() == 150);
     settings.turn_degrees = 0;
-    CHECK(Clip(tube_motion(tube, 1), settings).num_frames() == 1);
+    CHECK(Video(tube_motion(tube, 1), settings).num_frames() == 1);
 }
 
-TEST_CASE("A clip shows every pose at its time, over and over")
+TEST_CASE("A video shows every pose at its time, over and over")
 {
     const Template tube = test::tube_template();
-    ClipSettings settings = small_clip();
-    const Clip once(tube_motion(tube, 3), settings);
+    VideoSettings settings = small_video();
+    const Video once(tube_motion(tube, 3), settings);
     REQUIRE(once.num_frames() == 3);
     CHECK(once.frame_rate() == 10);
     CHECK(once.frame(1).pixels != once.frame(0).pixels);
@@ -95,7 +95,7 @@ TEST_CASE("A clip shows every pose at its time, over and over")
     CHECK(once.frame(3).pixels == once.frame(0).pixels);
     settings.frame_rate = 20;
     settings.seconds = 0.5;
-    const Clip slow(tube_motion(tube, 3), settings);
+    const Video slow(tube_motion(tube, 3), settings);
     REQUIRE(slow.num_frames() == 10);
     for (int i = 0; i < 10; ++i) CHECK(slow.frame(i).pixels == once.frame(i / 2).pixels);
 }
@@ -103,13 +103,13 @@ TEST_CASE("A clip shows every pose at its time, over and over")
 TEST_CASE("Layers stand side by side in one pose, at one scale")
 {
     const Template tube = test::tube_template();
-    ClipSettings settings = small_clip();
+    VideoSettings settings = small_video();
     settings.look = Look::layers;
     settings.width = 240;
-    const Image row = Clip(tube_motion(tube, 1), settings).frame(0);
+    const Image row = Video(tube_motion(tube, 1), settings).frame(0);
     settings.look = Look::skin;
     settings.width = 60;
-    const Image skin = Clip(tube_motion(tube, 1), settings).frame(0);
+    const Image skin = Video(tube_motion(tube, 1), settings).frame(0);
     for (int y = 0; y < 80; ++y)
         for (int x = 0; x < 60; ++x) CHECK(row.at(x, y) == skin.at(x, y));
     for (int column = 1; column < 4; ++column) {
@@ -172,21 +172,21 @@ TEST_CASE("Occlusion and supersampling change what they should")
     CHECK(tones(2) < 400);
 }
 
-TEST_CASE("Clips become numbered pictures and animated files")
+TEST_CASE("Videos become numbered pictures and animated files")
 {
     const test::TemporaryFolder folder;
     const Template tube = test::tube_template();
-    ClipSettings settings = small_clip();
-    const Clip clip(tube_motion(tube, 3), settings);
-    write_clip(folder.path() + "/frame_{:02}.png", clip, 80);
+    VideoSettings settings = small_video();
+    const Video video(tube_motion(tube, 3), settings);
+    write_video(folder.path() + "/frame_{:02}.png", video, 80);
     for (const char* name : {"frame_00.png", "frame_01.png", "frame_02.png"})
         CHECK(read_file(folder.path() + "/" + name).substr(1, 3) == "PNG");
     CHECK_FALSE(std::filesystem::exists(folder.path() + "/frame_03.png"));
-    CHECK_THROWS_WITH(write_clip(folder.path() + "/one.png", clip, 80), Catch::Contains("{:04}"));
-    CHECK_THROWS_WITH(write_clip(folder.path() + "/clip.avi", clip, 80), Catch::Contains(".webp"));
+    CHECK_THROWS_WITH(write_video(folder.path() + "/one.png", video, 80), Catch::Contains("{:04}"));
+    CHECK_THROWS_WITH(write_video(folder.path() + "/video.avi", video, 80), Catch::Contains(".webp"));
 
-    write_clip(folder.path() + "/clip.webp", clip, 80);
-    const std::string webp = read_file(folder.path() + "/clip.webp");
+    write_video(folder.path() + "/video.webp", video, 80);
+    const std::string webp = read_file(folder.path() + "/video.webp");
     CHECK(webp.substr(0, 4) == "RIFF");
     CHECK(webp.substr(8, 8) == "WEBPVP8X");
     int frames = 0;
@@ -194,26 +194,26 @@ TEST_CASE("Clips become numbered pictures and animated files")
     CHECK(frames == 3);
 }
 
-TEST_CASE("A clip that needs ffmpeg says so where there is none, and leaves nothing")
+TEST_CASE("A video that needs ffmpeg says so where there is none, and leaves nothing")
 {
     const test::TemporaryFolder folder;
     const std::string path = std::getenv("PATH");
     ::setenv("PATH", "/nowhere", 1);
-    CHECK_THROWS_WITH(clip_writer(folder.path() + "/clip.mp4", 3, 25, 80), Catch::Contains("ffmpeg"));
+    CHECK_THROWS_WITH(video_writer(folder.path() + "/video.mp4", 3, 25, 80), Catch::Contains("ffmpeg"));
     ::setenv("PATH", path.c_str(), 1);
     CHECK(std::filesystem::is_empty(folder.path()));
-    std::unique_ptr<ClipWriter> writer;
+    std::unique_ptr<VideoWriter> writer;
     try {
-        writer = clip_writer(folder.path() + "/clip.mp4", 3, 25, 80);
+        writer = video_writer(folder.path() + "/video.mp4", 3, 25, 80);
     } catch (const InputError&) {
         WARN("skipped: ffmpeg is not installed");
         return;
     }
     for (int i = 0; i < 3; ++i) writer->add(Image(61, 40, {std::uint8_t(80 * i), 0, 0}));  // odd widths too
     writer->finish();
-    CHECK(read_file(folder.path() + "/clip.mp4").substr(4, 4) == "ftyp");
+    CHECK(read_file(folder.path() + "/video.mp4").substr(4, 4) == "ftyp");
     // One that ends half-way leaves nothing.
-    writer = clip_writer(folder.path() + "/half.mp4", 3, 25, 80);
+    writer = video_writer(folder.path() + "/half.mp4", 3, 25, 80);
     writer->add(Image(60, 40));
     writer.reset();
     CHECK_FALSE(std::filesystem::exists(folder.path() + "/half.mp4"));

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "ndg/scene/clip_file.h"
+#include "ndg/scene/video_file.h"
 
 #include "ndg/core/error.h"
 #include "ndg/core/file.h"
 #include "ndg/io/mesh.h"
-#include "ndg/scene/clip_webp.h"
+#include "ndg/scene/video_webp.h"
 
 #include <fcntl.h>
 #include <spawn.h>
@@ -21,7 +21,7 @@ extern char** environ;
 namespace ndg {
 namespace {
 
-class PngWriter : public ClipWriter {
+class PngWriter : public VideoWriter {
 public:
     explicit PngWriter(std::vector<std::string> files) : files_(std::move(files)) {}
     void add(const Image& frame) override { write_png(files_.at(next_++), frame); }
@@ -33,7 +33,7 @@ private:
 };
 
 /// Raw frames through a pipe. The program finds its format by the extension, so that the temporary name keeps it.
-class FfmpegWriter : public ClipWriter {
+class FfmpegWriter : public VideoWriter {
 public:
     FfmpegWriter(const std::string& path, double frame_rate, int quality)
         : path_(path), frame_rate_(frame_rate), quality_(quality)
@@ -121,7 +121,7 @@ private:
             close_pipe();
             throw InputError(
                 fmt::format("{}: the program ffmpeg cannot be started ({}); install it, or write an animated "
-                            ".webp or numbered pictures, clip_{{:04}}.png, which need no other program",
+                            ".webp or numbered pictures, frame_{{:04}}.png, which need no other program",
                             path_, std::strerror(error)));
         }
         if (!only_try) return;
@@ -159,7 +159,7 @@ private:
 
 }  // namespace
 
-std::vector<std::string> clip_files(const std::string& path, int num_frames)
+std::vector<std::string> video_files(const std::string& path, int num_frames)
 {
     if (lower_extension(path) != ".png" || (num_frames == 1 && path.find_first_of("{}") == std::string::npos))
         return {path};
@@ -168,15 +168,15 @@ std::vector<std::string> clip_files(const std::string& path, int num_frames)
     return numbered_names(path, num_frames);
 }
 
-std::unique_ptr<ClipWriter> clip_writer(const std::string& path, int num_frames, double frame_rate, int quality)
+std::unique_ptr<VideoWriter> video_writer(const std::string& path, int num_frames, double frame_rate, int quality)
 {
     const std::string extension = lower_extension(path);
-    if (extension == ".png") return std::make_unique<PngWriter>(clip_files(path, num_frames));
+    if (extension == ".png") return std::make_unique<PngWriter>(video_files(path, num_frames));
     if (extension == ".webp") return webp_writer(path, frame_rate, quality);
     for (const char* known : {".mp4", ".mkv", ".mov", ".webm", ".gif"})
         if (extension == known) return std::make_unique<FfmpegWriter>(path, frame_rate, quality);
     throw InputError(
-        fmt::format("{}: clips cannot be written as '{}'; known are .webp, .png with {{:04}} in the name, "
+        fmt::format("{}: videos cannot be written as '{}'; known are .webp, .png with {{:04}} in the name, "
                     "and by ffmpeg .mp4, .mkv, .mov, .webm, .gif",
                     path, extension));
 }

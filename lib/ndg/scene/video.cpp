@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "ndg/scene/clip.h"
+#include "ndg/scene/video.h"
 
 #include "ndg/core/error.h"
 #include "ndg/core/progress.h"
-#include "ndg/scene/clip_file.h"
 #include "ndg/scene/cut_away.h"
+#include "ndg/scene/video_file.h"
 
 #include <algorithm>
 #include <cmath>
@@ -15,7 +15,7 @@ namespace {
 /// Of a body that stands still.
 constexpr double still_rate = 25, still_seconds = 6;
 
-std::vector<std::vector<SceneSurface>> shown_columns(const ClipMotion& motion, const ClipMoment& moment, Look look)
+std::vector<std::vector<SceneSurface>> shown_columns(const VideoMotion& motion, const VideoMoment& moment, Look look)
 {
     const Template& body_template = *motion.body_template;
     const BodyGeometry& geometry = moment.geometry;
@@ -52,21 +52,21 @@ Points cylinder_about(const Points& points)
 
 }  // namespace
 
-void describe(OptionList& list, ClipSettings& settings)
+void describe(OptionList& list, VideoSettings& settings)
 {
-    list.add("show", settings.look, "What --clip shows of the body");
-    list.add("clip-width", settings.width, "Pixels of --clip", 16, 8192);
-    list.add("clip-height", settings.height, "Pixels of --clip", 16, 8192);
+    list.add("show", settings.look, "What --video shows of the body");
+    list.add("video-width", settings.width, "Pixels of --video", 16, 8192);
+    list.add("video-height", settings.height, "Pixels of --video", 16, 8192);
     list.add("seconds", settings.seconds,
-             "How long --clip is, its motion over and over; 0: every pose once, or 6 s round a body that stands still",
+             "How long --video is, its motion over and over; 0: every pose once, or 6 s round a body that stands still",
              0.0, 3600.0);
-    list.add("clip-rate", settings.frame_rate, "Frames a second of --clip; 0: those of the motion", 0.0, 240.0);
-    list.add("turn", settings.turn_degrees, "Degrees that the camera goes round the body during --clip", -36000.0,
+    list.add("video-rate", settings.frame_rate, "Frames a second of --video; 0: those of the motion", 0.0, 240.0);
+    list.add("turn", settings.turn_degrees, "Degrees that the camera goes round the body during --video", -36000.0,
              36000.0);
-    list.add("quality", settings.quality, "Of a lossy --clip", 0, 100);
+    list.add("quality", settings.quality, "Of a lossy --video", 0, 100);
 }
 
-Clip::Clip(const ClipMotion& motion, const ClipSettings& settings) : motion_(motion), settings_(settings)
+Video::Video(const VideoMotion& motion, const VideoSettings& settings) : motion_(motion), settings_(settings)
 {
     const bool still = motion.num_poses == 1;
     frame_rate_ = settings.frame_rate > 0 ? settings.frame_rate : still ? still_rate : motion.pose_rate;
@@ -74,7 +74,7 @@ Clip::Clip(const ClipMotion& motion, const ClipSettings& settings) : motion_(mot
     if (seconds == 0)
         seconds = !still ? motion.num_poses / motion.pose_rate : settings.turn_degrees != 0 ? still_seconds : 0;
     const double frames = std::max(1.0, std::round(seconds * frame_rate_));
-    require_input(motion.num_poses > 0 && frames <= 100000, "a clip of {} poses and {} frames is not possible",
+    require_input(motion.num_poses > 0 && frames <= 100000, "a video of {} poses and {} frames is not possible",
                   motion.num_poses, frames);
     num_frames_ = int(frames);
 
@@ -96,12 +96,12 @@ Clip::Clip(const ClipMotion& motion, const ClipSettings& settings) : motion_(mot
     if (settings.turn_degrees != 0) hull_ = cylinder_about(hull_);
 }
 
-Image Clip::frame(int frame_idx) const
+Image Video::frame(int frame_idx) const
 {
     const double time = frame_idx / frame_rate_;
     const int pose = motion_.num_poses == 1 ? 0 : int(std::floor(time * motion_.pose_rate + 1e-6)) % motion_.num_poses;
     const double turn = settings_.turn_degrees * M_PI / 180.0 * frame_idx / num_frames_;
-    const ClipMoment moment = motion_.moment(pose);
+    const VideoMoment moment = motion_.moment(pose);
     const auto columns = shown_columns(motion_, moment, settings_.look);
 
     RenderSettings render_with;
@@ -123,12 +123,12 @@ Image Clip::frame(int frame_idx) const
     return image;
 }
 
-void write_clip(const std::string& path, const Clip& clip, int quality)
+void write_video(const std::string& path, const Video& video, int quality)
 {
-    const auto writer = clip_writer(path, clip.num_frames(), clip.frame_rate(), quality);
-    Progress progress("frames", std::size_t(clip.num_frames()));
-    for (int i = 0; i < clip.num_frames(); ++i) {
-        writer->add(clip.frame(i));
+    const auto writer = video_writer(path, video.num_frames(), video.frame_rate(), quality);
+    Progress progress("frames", std::size_t(video.num_frames()));
+    for (int i = 0; i < video.num_frames(); ++i) {
+        writer->add(video.frame(i));
         progress.advance();
     }
     writer->finish();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "ndg/scene/clip_webp.h"
+#include "ndg/scene/video_webp.h"
 
 #include "ndg/core/error.h"
 #include "ndg/core/file.h"
@@ -13,7 +13,7 @@
 namespace ndg {
 namespace {
 
-class WebpWriter : public ClipWriter {
+class WebpWriter : public VideoWriter {
 public:
     WebpWriter(const std::string& path, double frame_rate, int quality) : path_(path), frame_rate_(frame_rate)
     {
@@ -69,7 +69,7 @@ private:
 
 }  // namespace
 
-std::unique_ptr<ClipWriter> webp_writer(const std::string& path, double frame_rate, int quality)
+std::unique_ptr<VideoWriter> webp_writer(const std::string& path, double frame_rate, int quality)
 {
     return std::make_unique<WebpWriter>(path, frame_rate, quality);
 }
