@@ -31,7 +31,7 @@ struct VideoSettings {
     double turn_degrees = 0;         ///< the camera's way round the body during the video
     int quality = 80;                ///< of lossy pictures, 0 to 100
     int samples_per_axis = 2;
-    int occlusion_rays = 16, ground_rays = 4;  ///< less than in still pictures: nobody looks at one frame for long
+    int occlusion_rays = 16, ground_rays = 8;  ///< less than in still pictures: nobody looks at one frame for long
 };
 void describe(OptionList& list, VideoSettings& settings);
 
