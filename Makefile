@@ -25,10 +25,10 @@ SHELL := /bin/bash
 BIN := $(BUILD)/bin
 CMAKE_FLAGS = -G Ninja $(if $(DATA),-DNDG_DATA="$(abspath $(DATA))")
 
-.PHONY: help deps build test test-export test-asan demo templates bodies poses dataset train tables bench format format-check tidy clean
+.PHONY: help deps build tools pipeline-tools test test-export test-asan demo templates bodies poses dataset train tables bench format format-check tidy clean
 
 help: ## list the targets and variables
-	@printf 'Targets:\n'; grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sort | sed -E 's/^([a-z-]+):.*## /  \1\t/' | expand -t 16
+	@printf 'Targets:\n'; grep -hE '^[a-z0-9-]+:.*## ' $(MAKEFILE_LIST) | sort | sed -E 's/^([a-z0-9-]+):.*## /  \1\t/' | expand -t 16
 	@printf 'Variables:\n  PRESET=demo|desk|paper|smoke  which configs/<preset>.json (results go to out/<preset>/)\n'
 	@printf '  DATA=<folder>      folder with makehuman/, bodyparts3d/, motion/; without it: the built-in body and motions\n'
 	@printf '  SOURCE=anatomy|procedural  where bodies come from\n  SEX=male|female    of the template body\n  PAIRS=<n>          training samples, instead of as many as the preset says\n  MOTION=<folders>   motions to import\n  SCAN=<file>        of one person, for body and animate\n  DEVICE=cuda        networks are trained and used on a GPU (docs/performance.md)\n  PREFIX=<folder>    where install puts things\n  JOBS=<n>           parallel build jobs\n'
@@ -40,6 +40,15 @@ build: ## configure and build everything (Release)
 	@pipelines/install-packages.sh --quiet
 	@cmake -S . -B $(BUILD) $(CMAKE_FLAGS) > /dev/null
 	@cmake --build $(BUILD) -j $(JOBS)
+
+# Those that recipes call, and nothing else: a pipeline need not wait for tests and benchmarks.
+TOOLS_OF = $(sort $(shell grep -ohE '[(]BIN[)]/[a-z-]+' $(1) | sed 's,.*/,,'))
+tools: TOOLS = $(call TOOLS_OF,pipelines/*.mk)
+pipeline-tools: TOOLS = $(call TOOLS_OF,pipelines/dataset.mk pipelines/train.mk pipelines/eval.mk pipelines/page.mk)
+tools pipeline-tools:
+	@pipelines/install-packages.sh --quiet
+	@cmake -S . -B $(BUILD) $(CMAKE_FLAGS) > /dev/null
+	@cmake --build $(BUILD) -j $(JOBS) --target $(TOOLS)
 
 # The daemons of the Slurm test need root, as their installation does; elsewhere that test skips with a line.
 test: build ## build and run all tests (Release); DATA=<folder> adds those on real bodies and motions
@@ -73,8 +82,11 @@ include pipelines/install.mk
 demo: PRESET := demo
 demo: ## the whole pipeline at demo size: bodies, poses, FEM, training, Table 1, pictures; needs no data
 	$(CHECK_DATA)
-	@$(MAKE) --no-print-directory tables PRESET=demo DATA="$(DATA)" LEAVE_OUT="$(SLOWER_METHODS)"
+	@test -x $(BIN)/export-scene || echo "The tools are compiled first, about 10 min on two cores. Then come"
+	@pipelines/plan.sh $(OUT) $(EXPECTED_SECONDS)
+	@$(MAKE) --no-print-directory make-tables PRESET=demo DATA="$(DATA)" LEAVE_OUT="$(SLOWER_METHODS)"
 	$(if $(DATA),,@$(MAKE) --no-print-directory check-results PRESET=demo)
+	$(NAME_RESULTS)
 
 bench: build ## benchmarks: bench/<name>, results in out/bench/<name>.json
 	@pipelines/run-benches.sh "$(BIN)" "$(BENCH)" out/bench

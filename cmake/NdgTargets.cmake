@@ -22,6 +22,8 @@ elseif(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
   endif()
 endif()
 
+include(NdgPrecompiled)
+
 # Modules that the shared library libndg holds.
 set(NDG_SHARED_MODULES core io solver geometry body bones dataset deform runtime)
 
@@ -42,6 +44,7 @@ function(ndg_module name)
     set_target_properties(ndg_${name} PROPERTIES POSITION_INDEPENDENT_CODE ON)
     target_compile_options(ndg_${name} PRIVATE -fno-semantic-interposition)
   endif()
+  ndg_precompile(ndg_${name} ${ARG_PRIVATE_LINKS})
 endfunction()
 
 # ndg_tool(<name> <links>): tools/<name>.cpp becomes an executable of that name.
@@ -52,6 +55,7 @@ function(ndg_tool name)
   add_executable(${name} ${name}.cpp)
   target_link_libraries(${name} PRIVATE ndg_flags ${ARGN})
   set_property(GLOBAL APPEND PROPERTY NDG_TOOLS ${name})
+  ndg_precompile(${name} ${ARGN})
 endfunction()
 
 # ndg_test(<module> <links>): every tests/<module>/*.cpp goes into one Catch2 executable and one ctest entry.
@@ -62,6 +66,7 @@ function(ndg_test name)
   endif()
   add_executable(test_${name} ${sources})
   target_link_libraries(test_${name} PRIVATE ndg_flags ndg_test_support ${ARGN})
+  ndg_precompile(test_${name} ${ARGN} external::catch2)
   add_test(NAME ${name} COMMAND test_${name})
   if(NDG_DATA)  # at run time, so that another data folder compiles nothing anew
     set_tests_properties(${name} PROPERTIES ENVIRONMENT "NDG_DATA=${NDG_DATA}")
@@ -75,4 +80,5 @@ function(ndg_bench name)
   endif()
   add_executable(bench_${name} ${name}.cpp)
   target_link_libraries(bench_${name} PRIVATE ndg_flags ${ARGN})
+  ndg_precompile(bench_${name} ${ARGN})
 endfunction()

@@ -11,7 +11,7 @@ FIT_STAGE = @pipelines/stage.sh $(FITTED)
 BODIES_CHOICE = $(FITTED)/choice-bodies-$(or $(BODIES),preset)
 
 .PHONY: bodies
-bodies: build ## people from simulated scans: registration and layers, measured, out/<preset>/fitted/; BODIES=<n>
+bodies: tools ## people from simulated scans: registration and layers, measured, out/<preset>/fitted/; BODIES=<n>
 	@$(MAKE) --no-print-directory $(FITTED)/report.txt $(FITTED)/worst.png
 	@cat $(FITTED)/report.txt
 	@echo "worst body: $(FITTED)/worst.png"

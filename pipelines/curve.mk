@@ -9,7 +9,7 @@ CURVE_desk = 500 2000 8000
 CURVE_paper = 1250 5000 20000
 
 .PHONY: learning-curve
-learning-curve: build ## Table 1's measures against the number of samples, out/<preset>/curve/{results.md,tables.json}; CURVE="500 2000 8000"
+learning-curve: tools ## Table 1's measures against the number of samples, out/<preset>/curve/{results.md,tables.json}; CURVE="500 2000 8000"
 	@$(MAKE) --no-print-directory $(OUT)/curve/tables.json
 	@cat $(OUT)/curve/results.md
 

@@ -21,13 +21,13 @@ RUN = --config $(CONFIG) --force
 
 .PHONY: templates poses dataset
 
-templates: build ## templates of every source and size with their checks, out/templates/<source>-<sex>-<preset>.{h5,txt}
+templates: pipeline-tools ## templates of every source and size with their checks, out/templates/<source>-<sex>-<preset>.{h5,txt}
 	$(if $(DATA),,@echo "without DATA=<folder> only the procedural body is built")
 	@$(MAKE) --no-print-directory $(TEMPLATE_CHECKS)
 	@tail -n +1 $(TEMPLATE_CHECKS)
-poses: build ## motion capture on our skeleton and its farthest-point subset, out/<preset>/poses.{h5,png}
+poses: pipeline-tools ## motion capture on our skeleton and its farthest-point subset, out/<preset>/poses.{h5,png}
 	@$(MAKE) --no-print-directory $(OUT)/poses.h5 $(OUT)/poses.png
-dataset: build ## FEM samples, out/<preset>/fem.h5
+dataset: pipeline-tools ## FEM samples, out/<preset>/fem.h5
 	@$(MAKE) --no-print-directory $(OUT)/fem.h5
 
 # Files that stand for a choice of source and motions: another choice makes what depends on it anew.

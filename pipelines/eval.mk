@@ -1,12 +1,25 @@
 # SPDX-License-Identifier: Apache-2.0
 # Predictions on the test split, Tables 1 to 4, pictures and a GLB.
 
-.PHONY: tables ablations beyond-paper check-results
-tables: build ## Tables 1 and 3 and pictures, out/<preset>/report/{index.html,results.md,tables.json}
-	@$(MAKE) --no-print-directory $(OUT)/report/tables.json
+.PHONY: tables make-tables ablations beyond-paper check-results
+tables: make-tables ## Tables 1 and 3 and pictures, out/<preset>/report/{index.html,results.md,tables.json}
+	$(NAME_RESULTS)
+
+# What the stages of a preset take, where somebody has measured it.
+EXPECTED_SECONDS = pipelines/seconds/$(PRESET)
+# The stages that are out of date. Options that a preset does not change are brought up to date before they count.
+OUTDATED_STAGES = $$($(MAKE) -n --no-print-directory $(OUT)/report/tables.json | sed -n 's,.*pipelines/stage.sh [^ ]* \([^ ]*\) .*,\1,p')
+make-tables: pipeline-tools
+	@$(if $(wildcard $(OUT)/options/*.json),$(MAKE) --no-print-directory --silent $(wildcard $(OUT)/options/*.json))
+	@stages=($(OUTDATED_STAGES)); test $${#stages[@]} -eq 0 || pipelines/plan.sh $(OUT) $(EXPECTED_SECONDS) "$${stages[@]}"
+	@NDG_PLAN=$(OUT)/plan $(MAKE) --no-print-directory $(OUT)/report/tables.json
 	@cat $(OUT)/report/results.md
-	@echo "report: $(OUT)/report/index.html"
-	@echo "page:   $(REPORT)/page.html (a body in motion, in any browser); the same for other programs: motion.glb"
+
+define NAME_RESULTS
+	@echo "report: $(REPORT)/index.html"
+	@echo "page:   $(REPORT)/page.html (a body in motion, in any browser)"
+	@echo "GLB:    $(REPORT)/motion.glb (the same for other programs), posed.glb (a body in one pose)"
+endef
 
 ablations: build ## the same with the rows of Table 4: NDG without matrix exponential, body shape, rotation
 	@$(MAKE) --no-print-directory tables VARIANTS="no-exponential no-shape not-augmented no-rotation"
@@ -15,7 +28,7 @@ beyond-paper: build ## the same with rows that are not in the paper: fixed bases
 	@$(MAKE) --no-print-directory tables VARIANTS="$(BEYOND_PAPER)"
 
 EXPECTATIONS ?= configs/expectations/$(PRESET).json
-check-results: build ## hold the tables of a run against configs/expectations/<preset>.json; exit code 3 where they differ
+check-results: pipeline-tools ## hold the tables of a run against configs/expectations/<preset>.json; exit code 3 where they differ
 	@test -f "$(REPORT)/tables.json" || { echo "there is no $(REPORT)/tables.json: make tables PRESET=$(PRESET)" >&2; exit 2; }
 	@test -f "$(EXPECTATIONS)" || { echo "there are no expectations of this preset, $(EXPECTATIONS)" >&2; exit 2; }
 	@$(BIN)/check-results --tables $(REPORT)/tables.json --expectations $(EXPECTATIONS)

@@ -36,7 +36,7 @@ $(REPORT)/motion.glb: $(PAGE)/ndg.h5
 	    --deformations $< --sample 0 --frames $(CLIP_FRAMES) --surface parts --mesh $@
 
 .PHONY: page viewer
-page: build ## a page of a body in motion by FEM and by the network, out/<preset>/report/{page.html,motion.glb}; [PAGE_MOTION=<file>] [PAGE_RATE=15]
+page: pipeline-tools ## a page of a body in motion by FEM and by the network, out/<preset>/report/{page.html,motion.glb}; [PAGE_MOTION=<file>] [PAGE_RATE=15]
 	@$(MAKE) --no-print-directory $(REPORT)/page.html $(REPORT)/motion.glb
 	@echo "page: $(REPORT)/page.html; for other programs: $(REPORT)/motion.glb"
 

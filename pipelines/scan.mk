@@ -36,12 +36,12 @@ scan-given:
 	$(CHECK_DATA)
 	@test ! -e "configs/$(NAME).json" -a "$(NAME)" != templates -a "$(NAME)" != bench || { echo "results would go among others in out/$(NAME)/: give NAME=<name>" >&2; exit 2; }
 
-body: scan-given build ## a layered body of one scan, out/<name>/{body.h5,report.txt,*.png}; SCAN=<file> [SEX=] [AGE=] [NAME=]
+body: scan-given tools ## a layered body of one scan, out/<name>/{body.h5,report.txt,*.png}; SCAN=<file> [SEX=] [AGE=] [NAME=]
 	@$(MAKE) --no-print-directory $(OWN)/report.txt $(OWN)/fit.png $(OWN)/body.png $(OWN)/section.png
 	@cat $(OWN)/report.txt
 	@echo "body: $(OWN)/body.h5; pictures: $(OWN)/fit.png, body.png, section.png"
 
-animate: scan-given build ## the body of one scan in a motion, out/<name>/<motion>/<method>.{h5,html,pc2,obj,png}; SCAN=<file> [MOTION=<file>] [METHOD=fem] [FRAME_RATE=30] [MESH=pc2] [JOINT_MAP=<file>]
+animate: scan-given tools ## the body of one scan in a motion, out/<name>/<motion>/<method>.{h5,html,pc2,obj,png}; SCAN=<file> [MOTION=<file>] [METHOD=fem] [FRAME_RATE=30] [MESH=pc2] [JOINT_MAP=<file>]
 	@$(MAKE) --no-print-directory $(CLIP)/$(METHOD).html $(CLIP)/$(METHOD).png $(OWN_MESHES)
 	@echo "page: $(CLIP)/$(METHOD).html, for any browser"
 	@echo "animation: $(OWN_MESHES); frames: $(CLIP)/$(METHOD).png; flesh: $(CLIP)/$(METHOD).h5"

@@ -2,7 +2,7 @@
 # Shape space, linear correctives and networks.
 
 .PHONY: train
-train: build ## train the networks of Table 1, out/<preset>/model.h5 and vertexnet-model.h5
+train: pipeline-tools ## train the networks of Table 1, out/<preset>/model.h5 and vertexnet-model.h5
 	@$(MAKE) --no-print-directory $(OUT)/model.h5 $(OUT)/vertexnet-model.h5
 
 $(OUT)/shape_space.h5: $(OUT)/template.h5 $(OUT)/bodies.h5 $(OUT)/splits.h5 $(call OPTIONS_OF,fit-shape-space)
@@ -56,7 +56,7 @@ $(eval $(call NETWORK,ndg,))
 $(foreach name,vertexnet $(KNOWN_VARIANTS),$(eval $(call NETWORK,$(name),$(name)-)))
 
 .PHONY: torchscript
-torchscript: build ## the networks of Table 1 for Python, out/<preset>/{model,vertexnet-model}.pt: torch.jit.load
+torchscript: pipeline-tools ## the networks of Table 1 for Python, out/<preset>/{model,vertexnet-model}.pt: torch.jit.load
 	@$(MAKE) --no-print-directory $(OUT)/model.pt $(OUT)/vertexnet-model.pt
 
 $(OUT)/%.pt: $(OUT)/%.h5 $(OUT)/template.h5

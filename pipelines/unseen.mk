@@ -6,7 +6,7 @@ UNSEEN_SCAN ?=
 EXAGGERATION ?= 1.8
 
 .PHONY: table-2
-table-2: build ## the networks on a body outside the training distribution, out/<preset>/unseen/, and all tables; UNSEEN_SCAN=<file>
+table-2: tools ## the networks on a body outside the training distribution, out/<preset>/unseen/, and all tables; UNSEEN_SCAN=<file>
 	@$(MAKE) --no-print-directory tables TABLE_2=yes
 
 UNSEEN = $(OUT)/unseen

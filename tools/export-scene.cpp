@@ -12,6 +12,8 @@
 #include "ndg/scene/contact_sheet.h"
 #include "ndg/scene/error_pictures.h"
 #include "ndg/scene/pictures.h"
+#include "ndg/scene/video.h"
+#include "ndg/scene/video_file.h"
 
 #include <nlohmann/json.hpp>
 
@@ -193,6 +195,33 @@ BodyRig add_rig(MeshSequence& sequence, const std::vector<Selection>& frames, co
     return rig;
 }
 
+/// Keeps references to `settings` and `inputs`.
+VideoMotion video_motion(const std::vector<Selection>& frames, const SectionChoice& cut,
+                         const PictureSettings& settings, const Inputs& inputs)
+{
+    const Template& body_template = inputs.poser.body_template();
+    const Body& body = inputs.bodies.bodies[frames[0].body_idx];
+    VideoMotion motion;
+    motion.body_template = &body_template;
+    motion.num_poses = int(frames.size());
+    motion.view = settings.view;
+    std::vector<int> pose_indices;
+    for (const Selection& frame : frames) pose_indices.push_back(frame.pose_idx);
+    if (frames.size() > 1) motion.pose_rate = shown_frame_rate(inputs.poses, pose_indices);
+    motion.moment = [frames, cut, &inputs](int frame_idx) {
+        const Selection& selection = frames[frame_idx];
+        const Pose rest = Pose::rest(inputs.poser.body_template().skeleton.num_joints());
+        const PosedBody posed =
+            inputs.poser.pose(inputs.bodies.bodies[selection.body_idx],
+                              selection.pose_idx < 0 ? rest : inputs.poses.poses[selection.pose_idx]);
+        return VideoMoment{geometry_of(selection, inputs), posed_cut(posed, cut)};
+    };
+    motion.skin = [&body_template, &body, &settings](const VideoMoment& moment) {
+        return shown_skin(body_template, body, moment.geometry, settings);
+    };
+    return motion;
+}
+
 /// The first `count` poses, in the order they were sampled: the most different ones.
 Image poses_picture(const BodyPoser& poser, const BodySet& bodies, int body_idx, const PoseSet& poses, int count,
                     const ContactSheetSettings& settings)
@@ -211,7 +240,8 @@ int main(int argc, char** argv)
     Tool tool("export-scene", "Renders pictures of bodies and samples, and writes them as meshes for other programs",
               "export-scene --template template.h5 --bodies bodies.h5 --body 3 --picture layers.png "
               "--picture-kind layers --mesh body.glb");
-    std::string template_path, bodies_path, poses_path, reference_path, mesh_path, page_path, picture_path, report_path;
+    std::string template_path, bodies_path, poses_path, reference_path, mesh_path, page_path, picture_path, video_path,
+        report_path;
     std::vector<std::string> deformation_paths;
     Selection asked;
     PosingOptions posing;
@@ -220,6 +250,7 @@ int main(int argc, char** argv)
     PictureSettings settings;
     ContactSheetSettings sheet;
     SectionChoice section;
+    VideoSettings video;
     int height = 0;
     double error_range_mm = 5.0;
     tool.input("template", template_path, "Template");
@@ -236,24 +267,30 @@ int main(int argc, char** argv)
                 "HTML page that shows the samples of --deformations in motion, several methods beside each other",
                 false);
     tool.output("picture", picture_path, "PNG picture", false);
+    tool.output(
+        "video", video_path,
+        "Poses or samples one after the other, or a camera on its way: animated .webp, .png (numbered, out_{:04}.png), "
+        "or .mp4, .mkv, .mov, .webm, .gif by ffmpeg",
+        false);
     tool.parameter("body", asked.body_idx, "Body index", 0, 1 << 30);
     tool.parameter("pose", asked.pose_idx, "Pose index, moved by linear blend skinning; -1: at rest", -1, 1 << 30);
     tool.parameter("sample", asked.sample_idx, "Sample of the deformation file; -1: none", -1, 1 << 30);
-    tool.parameter(
-        "frames", num_frames,
-        "Poses or samples from --pose or --sample on that --mesh or --page holds; where each is a file, its name holds "
-        "the place of the number, out_{:04}.ply; 0: all",
-        0, 1000000);
+    tool.parameter("frames", num_frames,
+                   "Poses or samples from --pose or --sample on that --mesh, --page or --video holds; where each is a "
+                   "file, its name holds "
+                   "the place of the number, out_{:04}.ply; 0: all",
+                   0, 1000000);
     tool.parameter("surface", surface, "What --mesh holds; parts: all, with each bone and muscle as a mesh of its own",
                    body_mesh_choices);
     tool.parameter("picture-kind", kind, "What the picture shows",
                    {"body", "layers", "cut", "section", "frames", "worst", "errors", "bodies", "poses"});
-    tool.parameter("plane", section.kind, "Plane of the sections, for --picture-kind section");
+    tool.parameter("plane", section.kind, "Plane of --picture-kind section and --show cut-away");
     tool.parameter("through", section.joint, "Joint the plane goes through; empty: pelvis, left_upper_arm or spine_4");
     tool.parameter("offset", section.offset, "Metres from there to the left, forward or up", -2.0, 2.0);
     RigOptions rig_options;
     tool.options(rig_options);
     tool.options(posing);
+    tool.options(video);
     tool.parameter("view", settings.view, "Where the camera stands");
     tool.parameter("colour", colour, "Skin in plain colour or by volume change", {"plain", "volume"});
     tool.parameter("colour-range", settings.colour_range, "Volume change shown in full colour", 1e-3, 10.0);
@@ -267,8 +304,8 @@ int main(int argc, char** argv)
     tool.parameter("supersampling", settings.samples_per_axis, "Rays along each side of a pixel", 1, 8);
 
     return tool.run(argc, argv, [&] {
-        require_input(!mesh_path.empty() || !page_path.empty() || !picture_path.empty(),
-                      "Give --picture, --mesh, --page or several of them");
+        require_input(!mesh_path.empty() || !page_path.empty() || !picture_path.empty() || !video_path.empty(),
+                      "Give --picture, --mesh, --page, --video or several of them");
         require_input(report_path.empty() || rig_options.kind == RigKind::morphs, "--bake-report needs --rig morphs");
         require_input(rig_options.kind == RigKind::none || !mesh_path.empty(), "--rig is for --mesh");
         sheet.view = settings.view;
@@ -328,6 +365,13 @@ int main(int argc, char** argv)
                 "{}: {} frames of {} methods, every vertex within {:.2f} mm; {} of {} anatomy vertices are stored\n",
                 page_path, motion.poses.size(), motion.methods.size(), 1e3 * figures.largest_error, figures.num_stored,
                 figures.num_anatomy);
+        }
+        if (!video_path.empty()) {
+            video.samples_per_axis = settings.samples_per_axis;
+            write_video(video_path,
+                        Video(video_motion(select_frames(asked, num_frames, inputs), section, settings, inputs), video),
+                        video.quality);
+            std::cout << video_path << "\n";
         }
         if (picture_path.empty()) return;
         require_input(kind != "cut" || select(asked, inputs).pose_idx < 0,

@@ -63,6 +63,18 @@ void write_file(const std::string& path, std::string_view content)
     }
 }
 
+std::vector<std::string> numbered_names(const std::string& pattern, int count)
+{
+    std::vector<std::string> names;
+    try {
+        for (int i = 0; i < count; ++i) names.push_back(fmt::format(fmt::runtime(pattern), i));
+    } catch (const fmt::format_error& error) {
+        throw InputError(
+            fmt::format("{}: the place of the number is written {{}} or {{:04}} ({})", pattern, error.what()));
+    }
+    return names;
+}
+
 std::string temporary_name(const std::string& path)
 {
     return fmt::format("{}.{}.tmp", path, ::getpid());

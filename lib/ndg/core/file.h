@@ -3,6 +3,7 @@
 
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace ndg {
 
@@ -10,6 +11,10 @@ namespace ndg {
 std::string read_file(const std::string& path);
 /// Writes through a temporary name: a reader, or a crash, sees the old content or the new one. Throws Error.
 void write_file(const std::string& path, std::string_view content);
+
+/// Names of files 0 to count - 1: `pattern` holds the place of the number as "{}" or, with leading zeros, "{:04}".
+/// Throws InputError where that is malformed.
+std::vector<std::string> numbered_names(const std::string& pattern, int count);
 
 /// "PATH.<pid>.tmp".
 std::string temporary_name(const std::string& path);

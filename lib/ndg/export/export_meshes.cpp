@@ -2,6 +2,7 @@
 #include "ndg/export/export_meshes.h"
 
 #include "ndg/core/error.h"
+#include "ndg/core/file.h"
 #include "ndg/io/mesh.h"
 
 #include <algorithm>
@@ -123,14 +124,7 @@ std::vector<std::string> exported_files(const std::string& path, int num_frames)
                       "{}: {} frames need the place of their number in the name, like {{:04}}", path, num_frames);
         return {path};
     }
-    std::vector<std::string> files;
-    try {
-        for (int i = 0; i < num_frames; ++i) files.push_back(fmt::format(fmt::runtime(path), i));
-    } catch (const fmt::format_error& error) {
-        throw InputError(
-            fmt::format("{}: the place of the frame's number is written {{}} or {{:04}} ({})", path, error.what()));
-    }
-    return files;
+    return numbered_names(path, num_frames);
 }
 
 void export_meshes(const std::string& path, const MeshSequence& sequence)

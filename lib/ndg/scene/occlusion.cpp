@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace ndg {
 
@@ -56,29 +57,58 @@ float openness(const RayTracer& tracer, const Eigen::Vector3d& point, const Eige
     return float(open) / float(rays);
 }
 
-std::vector<float> vertex_openness(const RayTracer& tracer, const SceneSurface& surface,
-                                   const Eigen::Ref<const Points>& normals, const RenderSettings& settings)
+VertexOpenness::VertexOpenness(const RayTracer& tracer, const SceneSurface& surface, const Points& normals,
+                               const RenderSettings& settings)
+    : tracer_(tracer), surface_(surface), normals_(normals), settings_(settings)
 {
-    const int num_vertices = int(surface.vertices.rows());
-    std::vector<float> open(std::size_t(num_vertices), 1.0f);
-    if (!settings.lit || settings.occlusion_rays <= 0 || surface.opacity < 1.0f) return open;
-#pragma omp parallel for schedule(dynamic, 256)
-    for (int i = 0; i < num_vertices; ++i) {
-        const Eigen::Vector3d normal = normals.row(i).transpose();
-        if (normal.squaredNorm() < 0.5) continue;  // no triangle uses this vertex
-        open[std::size_t(i)] = openness(tracer, surface.vertices.row(i).transpose(), normal, settings.occlusion_rays,
-                                        settings.occlusion_distance, hash(std::uint32_t(i), 0x0cc1u), settings.clip);
+    if (!settings.lit || settings.occlusion_rays <= 0 || surface.opacity < 1.0f) return;
+    const auto num_vertices = std::size_t(surface.vertices.rows());
+    unsmoothed_ = std::vector<std::atomic<float>>(num_vertices);
+    smoothed_ = std::vector<std::atomic<float>>(num_vertices);
+    for (std::size_t i = 0; i < num_vertices; ++i) {
+        unsmoothed_[i].store(-1.0f, std::memory_order_relaxed);
+        smoothed_[i].store(-1.0f, std::memory_order_relaxed);
     }
-    std::vector<float> sums(open.size(), 0.0f), counts(open.size(), 0.0f);
-    for (Eigen::Index t = 0; t < surface.triangles.rows(); ++t)
+    triangles_begin_.assign(num_vertices + 1, 0);
+    for (Eigen::Index i = 0; i < surface.triangles.size(); ++i) ++triangles_begin_[surface.triangles.data()[i] + 1];
+    std::partial_sum(triangles_begin_.begin(), triangles_begin_.end(), triangles_begin_.begin());
+    triangles_of_.resize(std::size_t(surface.triangles.size()));
+    std::vector<int> next(triangles_begin_.begin(), triangles_begin_.end() - 1);
+    for (int t = 0; t < int(surface.triangles.rows()); ++t)
+        for (int k = 0; k < 3; ++k) triangles_of_[next[surface.triangles(t, k)]++] = t;
+}
+
+float VertexOpenness::unsmoothed(int vertex) const
+{
+    float open = unsmoothed_[vertex].load(std::memory_order_relaxed);
+    if (open >= 0.0f) return open;
+    const Eigen::Vector3d normal = normals_.row(vertex).transpose();
+    open = 1.0f;
+    if (normal.squaredNorm() >= 0.5)  // otherwise no triangle uses this vertex
+        open = openness(tracer_, surface_.vertices.row(vertex).transpose(), normal, settings_.occlusion_rays,
+                        settings_.occlusion_distance, hash(std::uint32_t(vertex), 0x0cc1u), settings_.clip);
+    unsmoothed_[vertex].store(open, std::memory_order_relaxed);
+    return open;
+}
+
+float VertexOpenness::at(int vertex) const
+{
+    if (triangles_begin_.empty()) return 1.0f;
+    float open = smoothed_[vertex].load(std::memory_order_relaxed);
+    if (open >= 0.0f) return open;
+    float sum = 0.0f, count = 0.0f;
+    for (int i = triangles_begin_[vertex]; i < triangles_begin_[vertex + 1]; ++i) {
+        const auto corners = surface_.triangles.row(triangles_of_[i]);
         for (int k = 0; k < 3; ++k) {
-            const auto vertex = std::size_t(surface.triangles(t, k));
-            sums[vertex] += open[std::size_t(surface.triangles(t, (k + 1) % 3))] +
-                            open[std::size_t(surface.triangles(t, (k + 2) % 3))];
-            counts[vertex] += 2.0f;
+            if (corners[k] != vertex) continue;
+            sum += unsmoothed(corners[(k + 1) % 3]) + unsmoothed(corners[(k + 2) % 3]);
+            count += 2.0f;
+            break;
         }
-    for (std::size_t i = 0; i < open.size(); ++i)
-        if (counts[i] > 0) open[i] = 0.5f * open[i] + 0.5f * sums[i] / counts[i];
+    }
+    open = unsmoothed(vertex);
+    if (count > 0) open = 0.5f * open + 0.5f * sum / count;
+    smoothed_[vertex].store(open, std::memory_order_relaxed);
     return open;
 }
 

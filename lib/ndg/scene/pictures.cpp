@@ -36,13 +36,6 @@ RenderSettings render_settings(const PictureSettings& settings, double aspect)
     return result;
 }
 
-SceneSurface shown_skin(const Template& body_template, const Body& body, const BodyGeometry& geometry,
-                        const PictureSettings& settings)
-{
-    return settings.volume_colours ? volume_change_surface(body_template, body, geometry, settings.colour_range)
-                                   : skin_surface(body_template, geometry);
-}
-
 /// Index of the sample of `pair`, -1 if there is none.
 int find_sample(const DeformationSet& file, const SamplePair& pair)
 {
@@ -54,6 +47,13 @@ int find_sample(const DeformationSet& file, const SamplePair& pair)
 }
 
 }  // namespace
+
+SceneSurface shown_skin(const Template& body_template, const Body& body, const BodyGeometry& geometry,
+                        const PictureSettings& settings)
+{
+    return settings.volume_colours ? volume_change_surface(body_template, body, geometry, settings.colour_range)
+                                   : skin_surface(body_template, geometry);
+}
 
 std::vector<int> spread_indices(int size, int count)
 {

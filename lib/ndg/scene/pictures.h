@@ -8,6 +8,7 @@
 #include "ndg/scene/body_surfaces.h"
 #include "ndg/scene/camera.h"
 #include "ndg/scene/image.h"
+#include "ndg/scene/render.h"
 
 #include <string>
 #include <vector>
@@ -25,7 +26,11 @@ struct PictureSettings {
 /// `count` indices spread evenly over 0..size-1, all when there are fewer.
 std::vector<int> spread_indices(int size, int count);
 
-/// The skin of one body, or of its volume change.
+/// The skin of a body, plain or coloured by its volume change.
+SceneSurface shown_skin(const Template& body_template, const Body& body, const BodyGeometry& geometry,
+                        const PictureSettings& settings);
+
+/// A picture of it.
 Image body_picture(const Template& body_template, const Body& body, const BodyGeometry& geometry,
                    const PictureSettings& settings);
 
@@ -59,6 +64,11 @@ struct SectionChoice {
 /// Throws InputError for a plane that misses a body, naming it, or a joint the skeleton lacks.
 Image section_sheet(const Template& body_template, const BodySet& bodies, const std::vector<int>& body_indices,
                     const SectionChoice& choice, const PictureSettings& settings);
+
+/// The plane that cuts a posed body: through the joint that `choice` names where the pose took it, and turned with it.
+/// Its normal points to the left, forward or up of the body, as offsets do. SectionKind::all: sagittal. Throws
+/// InputError for a joint the skeleton lacks.
+ClipPlane posed_cut(const PosedBody& posed, const SectionChoice& choice);
 
 /// A section of a posed body. The plane goes through the joint that `choice` names where the pose took it, and turns
 /// with it: a sagittal one through left_shin cuts the left knee lengthwise in every bend. SectionKind::all: sagittal.

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 
 namespace ndg {
 namespace {
@@ -18,7 +19,7 @@ struct ShadedSurface {
     Points normals;
     VertexColours colours;  ///< linear light; empty: `colour`
     Eigen::Vector3f colour;
-    std::vector<float> openness;
+    std::unique_ptr<VertexOpenness> openness;
 };
 
 struct Scene {
@@ -33,17 +34,17 @@ struct Fragment {
     float opacity = 0;
 };
 
-ShadedSurface shade_surface(const SceneSurface& surface, const RayTracer& tracer, const RenderSettings& settings)
+/// In place: the openness refers to the normals.
+void shade_surface(const SceneSurface& surface, const RayTracer& tracer, const RenderSettings& settings,
+                   ShadedSurface& shaded)
 {
-    ShadedSurface shaded;
     shaded.surface = &surface;
     shaded.normals = vertex_normals(surface.vertices, surface.triangles);
     shaded.colour = linear_from_srgb(surface.colour);
     shaded.colours = surface.vertex_colours;
     for (Eigen::Index i = 0; i < shaded.colours.size(); ++i)
         shaded.colours.data()[i] = linear_from_srgb(shaded.colours.data()[i]);
-    shaded.openness = vertex_openness(tracer, surface, shaded.normals, settings);
-    return shaded;
+    shaded.openness = std::make_unique<VertexOpenness>(tracer, surface, shaded.normals, settings);
 }
 
 /// Nothing (opacity 0) for the back of a one-sided surface.
@@ -67,7 +68,7 @@ Fragment shade(const Scene& scene, const RayHit& hit, const Eigen::Vector3d& dir
     float open = 0;
     for (std::size_t k = 0; k < 3; ++k) {
         normal += weights[k] * shaded.normals.row(corners[k]).transpose();
-        open += float(weights[k]) * shaded.openness[std::size_t(corners[k])];
+        if (!from_behind) open += float(weights[k]) * shaded.openness->at(corners[k]);
         if (shaded.colours.rows() > 0) albedo += float(weights[k]) * shaded.colours.row(corners[k]).transpose();
     }
     if (shaded.colours.rows() == 0) albedo = shaded.colour;
@@ -103,7 +104,8 @@ Eigen::Vector3f shade_background(const Scene& scene, const RayTracer& tracer, co
     const Eigen::Vector3d point = ray.origin + distance * ray.direction;
     constexpr double reach = 0.6;
     if (scene.bounds.squaredExteriorDistance(point) > reach * reach) return scene.background;
-    const float open = openness(tracer, point, Eigen::Vector3d::UnitY(), 16, reach, key, settings.clip);
+    const float open =
+        openness(tracer, point, Eigen::Vector3d::UnitY(), settings.ground_rays, reach, key, settings.clip);
     return scene.background * (1.0f - 0.75f * (1.0f - open));
 }
 
@@ -143,10 +145,11 @@ Image render(const std::vector<SceneSurface>& surfaces, const Camera& camera, co
     scene.background = linear_from_srgb(settings.background);
     scene.key_light = (-0.55 * camera.right + 0.75 * camera.up + 0.70 * camera.backward).normalized();
     scene.fill_light = (0.80 * camera.right + 0.10 * camera.up + 0.45 * camera.backward).normalized();
-    for (const SceneSurface& surface : surfaces) {
-        scene.shaded.push_back(shade_surface(surface, tracer, settings));
-        for (Eigen::Index i = 0; i < surface.vertices.rows(); ++i)
-            scene.bounds.extend(surface.vertices.row(i).transpose());
+    scene.shaded.resize(surfaces.size());
+    for (std::size_t s = 0; s < surfaces.size(); ++s) {
+        shade_surface(surfaces[s], tracer, settings, scene.shaded[s]);
+        for (Eigen::Index i = 0; i < surfaces[s].vertices.rows(); ++i)
+            scene.bounds.extend(surfaces[s].vertices.row(i).transpose());
     }
 
     Image image(settings.width, settings.height);

@@ -25,6 +25,7 @@ struct RenderSettings {
     int occlusion_rays = 48;              ///< rays a vertex for ambient occlusion; 0: none
     double occlusion_distance = 0.30;     ///< metres
     std::optional<double> ground_height;  ///< contact shadow on the floor at this y
+    int ground_rays = 16;                 ///< for that shadow, a sample of a pixel
     std::optional<ClipPlane> clip;
 };
 

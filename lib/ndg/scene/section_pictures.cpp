@@ -160,6 +160,18 @@ LabelledPlane plane_through_joint(const Skeleton& skeleton, const Body& body, co
     return {to_name(kind), kind, plane};
 }
 
+/// The same where the pose took it.
+LabelledPlane posed_plane(const PosedBody& posed, const SectionChoice& choice)
+{
+    const Skeleton& skeleton = posed.body_template().skeleton;
+    LabelledPlane cut = plane_through_joint(skeleton, posed.body(), choice);
+    const Eigen::Isometry3d& world_from_rest = posed.world_from_rest()[joint_of(skeleton, choice)];
+    cut.plane.origin = world_from_rest * cut.plane.origin;
+    cut.plane.right = world_from_rest.linear() * cut.plane.right;
+    cut.plane.up = world_from_rest.linear() * cut.plane.up;
+    return cut;
+}
+
 /// The planes of a body, from the top of its column down.
 std::vector<LabelledPlane> section_planes(const Skeleton& skeleton, const Body& body, const SectionChoice& choice)
 {
@@ -273,22 +285,26 @@ Image section_sheet(const Template& body_template, const BodySet& bodies, const 
     return side_by_side(stacks, surfaces);
 }
 
+ClipPlane posed_cut(const PosedBody& posed, const SectionChoice& choice)
+{
+    const LabelledPlane cut = posed_plane(posed, choice);
+    // Sagittal sections are seen from the right, the others from where the normal points.
+    const Eigen::Vector3d seen_from = cut.plane.right.cross(cut.plane.up);
+    return {cut.plane.origin, cut.kind == SectionKind::sagittal ? Eigen::Vector3d(-seen_from) : seen_from};
+}
+
 Image posed_section_picture(const PosedBody& posed, const BodyGeometry& geometry, const SectionChoice& choice,
                             const PictureSettings& settings)
 {
     const Template& body_template = posed.body_template();
     const Skeleton& skeleton = body_template.skeleton;
-    const LabelledPlane at_rest = plane_through_joint(skeleton, posed.body(), choice);
     const int joint = joint_of(skeleton, choice);
-    const Eigen::Isometry3d& world_from_rest = posed.world_from_rest()[joint];
-    SectionPlane plane = at_rest.plane;
-    plane.origin = world_from_rest * plane.origin;
-    plane.right = world_from_rest.linear() * plane.right;
-    plane.up = world_from_rest.linear() * plane.up;
+    const LabelledPlane cut = posed_plane(posed, choice);
+    const SectionPlane& plane = cut.plane;
     const std::vector<SceneSurface> surfaces = section_surfaces(body_template, geometry);
     const Extent extent = section_extent(surfaces[0], plane);
-    require_input(extent.low.x() < extent.high.x(), "the {} plane misses body {}", at_rest.label, posed.body().name);
-    const std::string label = fmt::format("{} {} of {}", posed.body().name, at_rest.label, skeleton.joint_names[joint]);
+    require_input(extent.low.x() < extent.high.x(), "the {} plane misses body {}", cut.label, posed.body().name);
+    const std::string label = fmt::format("{} {} of {}", posed.body().name, cut.label, skeleton.joint_names[joint]);
     const double scale = settings.height / (extent.high - extent.low).maxCoeff();
     return side_by_side({draw(surfaces, plane, extent, scale, label)}, surfaces);
 }
