@@ -7,8 +7,8 @@ tables: make-tables ## Tables 1 and 3 and pictures, out/<preset>/report/{index.h
 
 # What the stages of a preset take, where somebody has measured it.
 EXPECTED_SECONDS = pipelines/seconds/$(PRESET)
-# The stages that are out of date. Options that a preset does not change are brought up to date before they count.
-OUTDATED_STAGES = $$($(MAKE) -n --no-print-directory $(OUT)/report/tables.json | sed -n 's,.*pipelines/stage.sh [^ ]* \([^ ]*\) .*,\1,p')
+# The stages that are out of date. Options are brought up to date before, so that a config that changes none repeats none.
+OUTDATED_STAGES = $$($(MAKE) -n -o $(CONFIG) --no-print-directory $(OUT)/report/tables.json | sed -n 's,.*pipelines/stage.sh [^ ]* \([^ ]*\) .*,\1,p')
 make-tables: pipeline-tools
 	@$(if $(wildcard $(OUT)/options/*.json),$(MAKE) --no-print-directory --silent $(wildcard $(OUT)/options/*.json))
 	@stages=($(OUTDATED_STAGES)); test $${#stages[@]} -eq 0 || pipelines/plan.sh $(OUT) $(EXPECTED_SECONDS) "$${stages[@]}"
