@@ -57,7 +57,7 @@ test: build ## build and run all tests (Release); DATA=<folder> adds those on re
 
 # ParaView's Python brings a VTK that reads XDMF, which Debian's python3-vtk9 does not.
 test-export: build ## files for other programs, read back by ParaView, Blender, the Khronos validator and numpy (installs them)
-	@pipelines/install-packages.sh --quiet paraview python3-paraview blender nodejs npm
+	@pipelines/install-packages.sh --quiet paraview python3-paraview blender $$(command -v npm > /dev/null || echo nodejs npm)
 	@cd viewer && npm ci --no-audit --no-fund --silent
 	ctest --test-dir $(BUILD) --output-on-failure --no-tests=error -R '^export'
 
