@@ -4,9 +4,11 @@
 #include "ndg/core/tool.h"
 #include "ndg/dataset/sample_inputs.h"
 #include "ndg/evaluate/report.h"
+#include "ndg/io/licences.h"
 
 #include <algorithm>
 #include <iostream>
+#include <sstream>
 
 int main(int argc, char** argv)
 {
@@ -56,10 +58,8 @@ int main(int argc, char** argv)
         if (!seconds_path.empty()) report.seconds_json = read_seconds(seconds_path);
         report.command = fmt::format("{}", fmt::join(argv, argv + argc, " "));
         report.inputs = tool.provenance().inputs;
-        for (const Provenance::Input& file : report.inputs)
-            if (!file.licences.empty() &&
-                std::find(report.licences.begin(), report.licences.end(), file.licences) == report.licences.end())
-                report.licences.push_back(file.licences);
+        std::istringstream licences(merged_licences(tool.provenance()));
+        for (std::string line; std::getline(licences, line);) report.licences.push_back(line);
         write_report(output_path, report);
 
         for (const MethodMetrics& row : rows)

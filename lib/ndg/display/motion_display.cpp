@@ -50,6 +50,8 @@ void MotionDisplay::check(const SampleIndex& samples, bool force) const
             require_input(pair.body_idx == samples.pairs[0].body_idx,
                           "--mesh and --page show one body, and these are samples of several: give --body");
     if (mesh.empty()) return;
+    require_input(export_format(mesh).contents != Contents::volume,
+                  "--mesh: {} holds prisms and tetrahedra, not meshes; export-scene writes it from --output", mesh);
     for (const std::string& file : exported_files(mesh, samples.size()))
         require_input(force || !std::filesystem::exists(file),
                       "--mesh: {} exists already, give --force to overwrite it", file);

@@ -13,7 +13,7 @@ struct TemplateOptions {
     double keep_ratio = 0.25;            ///< share of the source's triangles kept on head, hands and toes
     double move_limit = 0.002;           ///< m; anatomy vertices this near to the volume are moved into it
     double muscle_edge = 0.020;          ///< m; longer edges of muscles are split, so that muscles bend with the flesh
-    double shallow_muscle_edge = 0.012;  ///< m; so are those longer than this and than 1.5 times their depth
+    double shallow_muscle_edge = 0.008;  ///< m; so are those longer than this and than 1.5 times their depth
     CoverOptions cover;
     AnatomyWrapOptions wraps;
 };
