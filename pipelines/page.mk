@@ -35,6 +35,14 @@ $(REPORT)/motion.glb: $(PAGE)/ndg.h5
 	$(STAGE) scene-motion $(BIN)/export-scene $(RUN) --template $(OUT)/template.h5 --bodies $(OUT)/bodies.h5 --poses $(PAGE)/motion.h5 \
 	    --deformations $< --sample 0 --frames $(CLIP_FRAMES) --surface parts --mesh $@
 
+# What `make demo` has left, or the same of a smaller body: its network has seen 32 samples.
+VIEWED = $(firstword $(wildcard out/demo/report/page.html) out/view/report/page.html)
+.PHONY: view
+view: pipeline-tools ## a body in motion in the browser: the demo's page where there is one, else a small one in two minutes
+	@test $(VIEWED) != out/view/report/page.html || $(MAKE) --no-print-directory PRESET=smoke OUT=out/view PAGE_RATE=15 $(VIEWED)
+	@echo "page: $(VIEWED)"
+	@test -z "$${DISPLAY:-}$${WAYLAND_DISPLAY:-}" || ! command -v xdg-open > /dev/null || xdg-open $(VIEWED)
+
 .PHONY: page viewer
 page: pipeline-tools ## a page of a body in motion by FEM and by the network, out/<preset>/report/{page.html,motion.glb}; [PAGE_MOTION=<file>] [PAGE_RATE=15]
 	@$(MAKE) --no-print-directory $(REPORT)/page.html $(REPORT)/motion.glb

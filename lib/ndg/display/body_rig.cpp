@@ -110,9 +110,9 @@ BodyRig body_rig(const BodyPoser& poser, const Body& body, const std::vector<Pos
     return result;
 }
 
-std::vector<MotionClip> pose_clips(const PoseSet& poses, const std::vector<int>& pose_indices)
+std::vector<RigClip> pose_clips(const PoseSet& poses, const std::vector<int>& pose_indices)
 {
-    std::vector<MotionClip> clips;
+    std::vector<RigClip> clips;
     for (int begin = 0, end = 0; begin < int(pose_indices.size()); begin = end) {
         const int clip_idx = poses.clip_idx[pose_indices[begin]];
         while (end < int(pose_indices.size()) && poses.clip_idx[pose_indices[end]] == clip_idx) ++end;

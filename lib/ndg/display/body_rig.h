@@ -43,7 +43,7 @@ BodyRig body_rig(const BodyPoser& poser, const Body& body, const std::vector<Pos
                  const std::function<Points(int frame_idx)>& skin);
 
 /// Successive poses of one clip each, with their rates.
-std::vector<MotionClip> pose_clips(const PoseSet& poses, const std::vector<int>& pose_indices);
+std::vector<RigClip> pose_clips(const PoseSet& poses, const std::vector<int>& pose_indices);
 
 /// JSON: morphs, influences and, by skinning and with morphs, mean and max of each frame and of all, in mm.
 std::string bake_report(const BodyRig& rig, const RigOptions& options);

@@ -196,9 +196,9 @@ void write_glb(const std::string& path, const MeshSequence& sequence)
         for (const int k : order)
             if (!rig || k != rig->mesh_idx)
                 moving_nodes.push_back(add_motion(model, nodes[k], sequence.meshes[k], vertices[k]));
-        std::vector<MotionClip> clips = sequence.clips;
+        std::vector<RigClip> clips = sequence.clips;
         if (clips.empty()) clips = {{"motion", 0, sequence.num_frames, sequence.frame_rate}};
-        for (const MotionClip& clip : clips) {
+        for (const RigClip& clip : clips) {
             gltf::Motion motion(model, clip);
             for (const MovingNode& moving : moving_nodes) {
                 if (moving.num_targets > 0) {

@@ -49,7 +49,7 @@ int add_keys(tinygltf::Model& model, const std::vector<float>& values, int type,
                         values.size() / std::size_t(components));
 }
 
-Motion::Motion(tinygltf::Model& model, const MotionClip& clip) : model_(model), clip_(clip)
+Motion::Motion(tinygltf::Model& model, const RigClip& clip) : model_(model), clip_(clip)
 {
     animation_.name = clip.name;
     std::vector<float> times;

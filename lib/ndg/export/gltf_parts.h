@@ -25,9 +25,9 @@ int add_keys(tinygltf::Model& model, const std::vector<float>& values, int type,
 /// One animation; finish() adds it to the model.
 class Motion {
 public:
-    Motion(tinygltf::Model& model, const MotionClip& clip);
+    Motion(tinygltf::Model& model, const RigClip& clip);
 
-    const MotionClip& clip() const { return clip_; }
+    const RigClip& clip() const { return clip_; }
     /// The clip's frames of `rotations` and `translations`, which are of all frames.
     void add_rotations(int node, const std::vector<Eigen::Quaterniond>& rotations);
     void add_translations(int node, const Points& translations);
@@ -41,7 +41,7 @@ private:
     void add_channel(int node, const char* path, int values);
 
     tinygltf::Model& model_;
-    MotionClip clip_;
+    RigClip clip_;
     tinygltf::Animation animation_;
     int times_ = -1, target_weights_ = -1;
 };

@@ -45,7 +45,7 @@ struct MeshSequence {
     /// What moves one of the meshes, in formats that know skeletons.
     std::optional<Rig> rig{};
     /// Without gaps, for formats that hold several; empty: one, "motion".
-    std::vector<MotionClip> clips{};
+    std::vector<RigClip> clips{};
     /// What formats of volumes hold; they leave out the meshes.
     std::optional<VolumeSequence> volume{};
 };

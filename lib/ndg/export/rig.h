@@ -36,7 +36,7 @@ struct Rig {
 };
 
 /// Successive frames that belong together.
-struct MotionClip {
+struct RigClip {
     std::string name;
     int frame_begin = 0, frame_end = 0;
     double frame_rate = 30.0;  ///< Hz

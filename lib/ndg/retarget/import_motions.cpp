@@ -2,8 +2,8 @@
 #include "ndg/retarget/import_motions.h"
 
 #include "ndg/core/error.h"
-#include "ndg/core/log.h"
 #include "ndg/core/installed_files.h"
+#include "ndg/core/log.h"
 #include "ndg/motion/keyframes.h"
 #include "ndg/motion/motion_files.h"
 #include "ndg/motion/resample_poses.h"
