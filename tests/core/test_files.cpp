@@ -4,8 +4,10 @@
 #include "ndg/core/hash.h"
 #include "ndg/core/interrupt.h"
 #include "ndg/core/log.h"
+#include "ndg/core/markup.h"
 #include "ndg/core/progress.h"
 #include "ndg/core/provenance.h"
+#include "ndg/core/stream_file.h"
 #include "ndg/core/threads.h"
 #include "support/support.h"
 
@@ -60,6 +62,29 @@ TEST_CASE("files are replaced whole and leave no temporary name")
     CHECK(count == 2);
     CHECK_THROWS_WITH(read_file(folder.file("missing")), Catch::Contains("does not exist"));
     CHECK_THROWS_WITH(read_file(folder.path()), Catch::Contains("is a folder"));
+}
+
+TEST_CASE("a file written piece by piece is there whole or not at all")
+{
+    const TemporaryFolder folder;
+    write_stream(folder.file("x"), [](std::ostream& stream) {
+        stream << "one"
+               << " two";
+    });
+    CHECK(read_file(folder.file("x")) == "one two");
+    const auto breaks_off = [](std::ostream& stream) {
+        stream << "half";
+        throw Error("broken off");
+    };
+    CHECK_THROWS_WITH(write_stream(folder.file("x"), breaks_off), "broken off");
+    CHECK(read_file(folder.file("x")) == "one two");
+    CHECK(std::distance(std::filesystem::directory_iterator(folder.path()), {}) == 1);
+    CHECK_THROWS_AS(write_stream("/dev/full/x", [](std::ostream&) {}), Error);
+}
+
+TEST_CASE("text is escaped for markup")
+{
+    CHECK(escaped_markup("a < b & \"c\" > d") == "a &lt; b &amp; &quot;c&quot; &gt; d");
 }
 
 TEST_CASE("signals set a flag")

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ndg/core/file.h"
+#include "ndg/core/markup.h"
 #include "ndg/evaluate/report.h"
 #include "ndg/evaluate/svg_chart.h"
 
@@ -12,35 +13,13 @@
 namespace ndg {
 namespace {
 
-std::string escaped(const std::string& text)
-{
-    std::string result;
-    for (const char c : text) switch (c) {
-            case '&':
-                result += "&amp;";
-                break;
-            case '<':
-                result += "&lt;";
-                break;
-            case '>':
-                result += "&gt;";
-                break;
-            case '"':
-                result += "&quot;";
-                break;
-            default:
-                result += c;
-        }
-    return result;
-}
-
 std::string html_table(const std::vector<std::vector<std::string>>& table)
 {
     std::string text = "<div class=\"wide\"><table>\n";
     for (std::size_t i = 0; i < table.size(); ++i) {
         text += "<tr>";
         for (const std::string& cell : table[i])
-            text += i == 0 ? "<th>" + escaped(cell) + "</th>" : "<td>" + escaped(cell) + "</td>";
+            text += i == 0 ? "<th>" + escaped_markup(cell) + "</th>" : "<td>" + escaped_markup(cell) + "</td>";
         text += "</tr>\n";
     }
     return text + "</table></div>\n";
@@ -116,7 +95,7 @@ std::string report_page(const Report& report, const std::vector<std::string>& pi
         std::string(page_style) + "</style>\n</head>\n<body>\n<h1>Neural Deformation Gradients: results</h1>\n";
     const auto figure = [&](const std::string& content, const std::string& caption) {
         if (!content.empty())
-            page += "<figure>" + content + "<figcaption>" + escaped(caption) + "</figcaption></figure>\n";
+            page += "<figure>" + content + "<figcaption>" + escaped_markup(caption) + "</figcaption></figure>\n";
     };
     const nlohmann::ordered_json tables = nlohmann::ordered_json::parse(tables_json(report));
     for (const ReportSection& section : report_sections(report, tables)) {
@@ -126,19 +105,19 @@ std::string report_page(const Report& report, const std::vector<std::string>& pi
             figure(volume_chart(report.rows), "Change of volume of the prisms by each method (NDG Figure 9).");
             for (const std::string& path : picture_paths) {
                 const std::string name = std::filesystem::path(path).filename().string();
-                figure(
-                    "<img src=\"data:image/png;base64," + base64(read_file(path)) + "\" alt=\"" + escaped(name) + "\">",
-                    name);
+                figure("<img src=\"data:image/png;base64," + base64(read_file(path)) + "\" alt=\"" +
+                           escaped_markup(name) + "\">",
+                       name);
             }
         }
-        page += "<h2>" + escaped(section.title) + "</h2>\n";
-        if (!section.note.empty()) page += "<p class=\"note\">" + escaped(section.note) + "</p>\n";
+        page += "<h2>" + escaped_markup(section.title) + "</h2>\n";
+        if (!section.note.empty()) page += "<p class=\"note\">" + escaped_markup(section.note) + "</p>\n";
         page += html_table(section.table);
-        if (!section.legend.empty()) page += "<p class=\"note\">" + escaped(section.legend) + "</p>\n";
+        if (!section.legend.empty()) page += "<p class=\"note\">" + escaped_markup(section.legend) + "</p>\n";
     }
     if (!report.licences.empty()) {
         page += "<h2>Data</h2>\n<ul>\n";
-        for (const std::string& licence : report.licences) page += "<li>" + escaped(licence) + "</li>\n";
+        for (const std::string& licence : report.licences) page += "<li>" + escaped_markup(licence) + "</li>\n";
         page += "</ul>\n";
     }
     return page + "</body>\n</html>\n";

@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Point Cache 2 of 3ds Max, which Blender, Maya and Houdini read: a header, then x y z of every vertex for each frame.
 #include "ndg/core/error.h"
-#include "ndg/core/file.h"
+#include "ndg/core/stream_file.h"
 #include "ndg/export/mesh_sequence.h"
 
-#include <unistd.h>
 
 #include <cstdint>
-#include <fstream>
 
 namespace ndg {
 namespace {
@@ -44,17 +42,7 @@ void put_frames(std::ostream& stream, const MeshSequence& sequence)
 
 void write_pc2(const std::string& path, const MeshSequence& sequence)
 {
-    const std::string temporary_path = temporary_name(path);
-    try {
-        std::ofstream stream(temporary_path, std::ios::binary);
-        put_frames(stream, sequence);
-        stream.close();
-        require(stream.good(), "{}: cannot write {}", path, temporary_path);
-        replace_file(temporary_path, path);
-    } catch (...) {
-        ::unlink(temporary_path.c_str());
-        throw;
-    }
+    write_stream(path, [&](std::ostream& stream) { put_frames(stream, sequence); });
 }
 
 }  // namespace ndg

@@ -4,6 +4,7 @@
 // (format "ndg-fields", docs/formats.md). A grid a kind of cells, a collection of them a frame, a series over time.
 #include "ndg/core/error.h"
 #include "ndg/core/file.h"
+#include "ndg/core/markup.h"
 #include "ndg/export/mesh_sequence.h"
 #include "ndg/io/h5.h"
 
@@ -11,22 +12,6 @@
 
 namespace ndg {
 namespace {
-
-std::string escaped(const std::string& text)
-{
-    std::string result;
-    for (const char c : text) {
-        if (c == '&')
-            result += "&amp;";
-        else if (c == '<')
-            result += "&lt;";
-        else if (c == '"')
-            result += "&quot;";
-        else
-            result += c;
-    }
-    return result;
-}
 
 std::string extents(const std::vector<std::size_t>& shape)
 {
@@ -41,7 +26,7 @@ std::string data_item(const std::string& path, const StoredArray& array, const c
         fs::proximate(fs::absolute(array.file), fs::absolute(path).parent_path()).lexically_normal().string();
     const std::string whole =
         fmt::format("<DataItem Format=\"HDF\" NumberType=\"{}\" Precision=\"4\" Dimensions=\"{}\">{}:{}</DataItem>",
-                    number_type, extents(array.shape), escaped(file), array.dataset);
+                    number_type, extents(array.shape), escaped_markup(file), array.dataset);
     if (array.slice < 0) return whole;
     std::vector<std::size_t> begin(array.shape.size(), 0), step(array.shape.size(), 1), count = array.shape;
     begin[0] = std::size_t(array.slice);
@@ -124,7 +109,7 @@ private:
     std::string attribute(const std::string& name, const char* centre, const StoredArray& values) const
     {
         return fmt::format("     <Attribute Name=\"{}\" AttributeType=\"Scalar\" Center=\"{}\">{}</Attribute>\n",
-                           escaped(name), centre, data_item(path_, values, "Float"));
+                           escaped_markup(name), centre, data_item(path_, values, "Float"));
     }
 
     std::string grid_text(std::size_t k, int frame_idx, const VolumeFrame& frame)
@@ -165,7 +150,7 @@ void write_xdmf(const std::string& path, const MeshSequence& sequence)
     XdmfWriter writer(path, sequence);
     std::string text =
         "<?xml version=\"1.0\"?>\n<!DOCTYPE Xdmf SYSTEM \"Xdmf.dtd\" []>\n<Xdmf Version=\"2.0\">\n <Domain>\n";
-    text += fmt::format("  <Information Name=\"licences\" Value=\"{}\"/>\n", escaped(sequence.credits));
+    text += fmt::format("  <Information Name=\"licences\" Value=\"{}\"/>\n", escaped_markup(sequence.credits));
     text += "  <Grid Name=\"body\" GridType=\"Collection\" CollectionType=\"Temporal\">\n";
     for (int f = 0; f < sequence.num_frames; ++f) text += writer.frame_text(f, f / sequence.frame_rate);
     text += "  </Grid>\n </Domain>\n</Xdmf>\n";

@@ -3,6 +3,7 @@
 
 #include "ndg/core/error.h"
 #include "ndg/core/file.h"
+#include "ndg/core/markup.h"
 #include "ndg/page/viewer_bundle.h"
 
 #include <unistd.h>
@@ -20,22 +21,6 @@ std::string deflated(const std::string& bytes)
     require(status == Z_OK, "zlib could not compress {} bytes (status {})", bytes.size(), status);
     packed.resize(size);
     return packed;
-}
-
-std::string html_text(const std::string& text)
-{
-    std::string escaped;
-    for (const char c : text) {
-        if (c == '&')
-            escaped += "&amp;";
-        else if (c == '<')
-            escaped += "&lt;";
-        else if (c == '>')
-            escaped += "&gt;";
-        else
-            escaped += c;
-    }
-    return escaped;
 }
 
 /// JSON inside of a script element: "</script" must not occur.
@@ -89,8 +74,8 @@ PageWriter::PageWriter(const std::string& path, const std::string& title, const 
 {
     stream_ << "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
             << "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
-            << "<title>" << html_text(title) << "</title>\n<link rel=\"icon\" href=\"data:,\">\n</head>\n<body>\n"
-            << "<noscript><p>This page shows a body in motion and needs JavaScript.</p><pre>" << html_text(credits)
+            << "<title>" << escaped_markup(title) << "</title>\n<link rel=\"icon\" href=\"data:,\">\n</head>\n<body>\n"
+            << "<noscript><p>This page shows a body in motion and needs JavaScript.</p><pre>" << escaped_markup(credits)
             << "</pre></noscript>\n<script>\n"
             << viewer_bundle() << "\n</script>\n<script>NdgViewer.open(" << script_json(head) << ")</script>\n";
 }

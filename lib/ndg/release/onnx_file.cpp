@@ -2,12 +2,10 @@
 #include "ndg/release/onnx_file.h"
 
 #include "ndg/core/error.h"
-#include "ndg/core/file.h"
 #include "ndg/core/provenance.h"
+#include "ndg/core/stream_file.h"
 
-#include <unistd.h>
 
-#include <fstream>
 #include <memory>
 
 namespace ndg {
@@ -159,9 +157,7 @@ void OnnxGraph::write(const std::string& path, const std::string& description,
     require(head.bytes().size() + graph_bytes <= largest_message,
             "{}: the network has {} MB, files of ONNX can have 2 147", path, graph_bytes / 1000000);
 
-    const std::string temporary = temporary_name(path);
-    try {
-        std::ofstream stream(temporary, std::ios::binary);
+    write_stream(path, [&](std::ostream& stream) {
         stream << head.bytes() << graph_head.bytes();
         for (std::size_t i = 0; i < constants_.size(); ++i) {
             stream << constant_heads[i];
@@ -171,13 +167,7 @@ void OnnxGraph::write(const std::string& path, const std::string& description,
             require(static_cast<std::uint64_t>(stream.tellp() - begin) == constants_[i].num_bytes,
                     "{}: a constant has another size than was announced", path);
         }
-        stream.close();
-        require(!stream.fail(), "{}: could not be written", path);
-    } catch (...) {
-        ::unlink(temporary.c_str());
-        throw;
-    }
-    replace_file(temporary, path);
+    });
 }
 
 }  // namespace ndg

@@ -2,16 +2,14 @@
 #include "ndg/release/safetensors.h"
 
 #include "ndg/core/error.h"
-#include "ndg/core/file.h"
+#include "ndg/core/stream_file.h"
 #include "ndg/io/h5.h"
 #include "ndg/runtime/model_traits.h"
 
-#include <unistd.h>
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <cstdint>
-#include <fstream>
 
 namespace ndg {
 namespace {
@@ -84,19 +82,11 @@ void write_safetensors(const std::string& path, const std::string& model_path)
     std::string text = header.dump();
     text.resize((text.size() + 7) / 8 * 8, ' ');
 
-    const std::string temporary = temporary_name(path);
-    try {
-        std::ofstream stream(temporary, std::ios::binary);
+    write_stream(path, [&](std::ostream& stream) {
         put(stream, std::vector<std::uint64_t>{text.size()});
         stream << text;
         for (const H5Listing::Dataset& dataset : tensors) put_numbers(stream, file, dataset);
-        stream.close();
-        require(!stream.fail(), "{}: could not be written", path);
-    } catch (...) {
-        ::unlink(temporary.c_str());
-        throw;
-    }
-    replace_file(temporary, path);
+    });
 }
 
 }  // namespace ndg

@@ -2,7 +2,7 @@
 #include "ndg/runtime/runtime_model.h"
 
 #include "ndg/core/error.h"
-#include "ndg/core/file.h"
+#include "ndg/core/stream_file.h"
 #include "ndg/io/licences.h"
 
 #include <fcntl.h>
@@ -13,7 +13,6 @@
 
 #include <algorithm>
 #include <cstring>
-#include <fstream>
 #include <utility>
 
 namespace ndg {
@@ -276,26 +275,24 @@ void write_runtime_model(const std::string& path, const RuntimeDescription& mode
             offset = to_pages(offset + layer_bytes(layer));
         }
     const std::string text = describe_model(described, provenance).dump();
-    const std::string temporary = temporary_name(path);
-    std::ofstream file(temporary, std::ios::binary);
-    const auto put = [&](const void* data, std::size_t size) {
-        file.write(static_cast<const char*>(data), static_cast<std::streamsize>(size));
-    };
-    const auto fill_page = [&](std::uint64_t written) {
-        const std::vector<char> zeros(to_pages(written) - written, 0);
-        put(zeros.data(), zeros.size());
-    };
-    const std::uint64_t text_length = text.size();
-    put(magic, sizeof(magic));
-    put(&version, sizeof(version));
-    put(&text_length, sizeof(text_length));
-    put(text.data(), text.size());
-    fill_page(head_bytes + text_length);
-    for_numbers(described.shape_space, [&](const double* values, Eigen::Index count) {
-        put(values, sizeof(double) * static_cast<std::size_t>(count));
-    });
-    fill_page(space_bytes);
-    try {
+    write_stream(path, [&](std::ostream& file) {
+        const auto put = [&](const void* data, std::size_t size) {
+            file.write(static_cast<const char*>(data), static_cast<std::streamsize>(size));
+        };
+        const auto fill_page = [&](std::uint64_t written) {
+            const std::vector<char> zeros(to_pages(written) - written, 0);
+            put(zeros.data(), zeros.size());
+        };
+        const std::uint64_t text_length = text.size();
+        put(magic, sizeof(magic));
+        put(&version, sizeof(version));
+        put(&text_length, sizeof(text_length));
+        put(text.data(), text.size());
+        fill_page(head_bytes + text_length);
+        for_numbers(described.shape_space, [&](const double* values, Eigen::Index count) {
+            put(values, sizeof(double) * static_cast<std::size_t>(count));
+        });
+        fill_page(space_bytes);
         for (std::size_t p = 0; p < described.parts.size(); ++p)
             for (std::size_t i = 0; i < described.parts[p].layers.size(); ++i) {
                 const RuntimeLayer& layer = described.parts[p].layers[i];
@@ -310,14 +307,7 @@ void write_runtime_model(const std::string& path, const RuntimeDescription& mode
                 }
                 fill_page(layer_bytes(layer));
             }
-        file.close();
-        require(!file.fail(), "{}: could not be written", path);
-    } catch (...) {
-        file.close();
-        ::unlink(temporary.c_str());
-        throw;
-    }
-    replace_file(temporary, path);
+    });
 }
 
 }  // namespace ndg
