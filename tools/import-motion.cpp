@@ -24,6 +24,7 @@ int main(int argc, char** argv)
     tool.parameter("licence", licence, "licence and credit line of the motions, kept in the output");
 
     return tool.run(argc, argv, [&] {
+        files.complete();
         const ImportedMotions imported =
             import_motions(files, options, read_template(template_path).rest.joint_positions,
                            [](const std::string& line) { fmt::print("{}\n", line); });

@@ -137,8 +137,13 @@ void MotionFiles::add(Tool& tool, bool required)
     tool.input("motion", motions, "BVH, AMC (ASF beside them), DeepMimic, AMASS or keyframe files, or folders",
                required);
     tool.input("joint-map", joint_map, "joint map for all clips", false);
-    tool.input("joint-maps", joint_maps, "folder of joint maps; each clip takes the one that fits its joints", false);
-    tool.input("joint-limits", joint_limits, "ranges of motion to count violations of", false);
+    tool.input(
+        "joint-maps", joint_maps,
+        "folder of joint maps; each clip takes the one that fits its joints. Without it those that come with the "
+        "program",
+        false);
+    tool.input("joint-limits", joint_limits,
+               "ranges of motion to count violations of; without it those that come with the program", false);
 }
 
 void MotionFiles::complete()
