@@ -4,7 +4,6 @@
 #include "ndg/core/stream_file.h"
 #include "ndg/export/mesh_sequence.h"
 
-
 #include <cstdint>
 
 namespace ndg {

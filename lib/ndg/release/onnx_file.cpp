@@ -5,7 +5,6 @@
 #include "ndg/core/provenance.h"
 #include "ndg/core/stream_file.h"
 
-
 #include <memory>
 
 namespace ndg {
