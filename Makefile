@@ -82,7 +82,7 @@ include pipelines/install.mk
 demo: PRESET := demo
 demo: ## the whole pipeline at demo size: bodies, poses, FEM, training, Table 1, pictures; needs no data
 	$(CHECK_DATA)
-	@test -x $(BIN)/export-scene || echo "The tools are compiled first, about 10 min on two cores. Then come"
+	@test -x $(BIN)/export-scene || echo "The tools are compiled first, about 12 min on two cores. Then come"
 	@pipelines/plan.sh $(OUT) $(EXPECTED_SECONDS)
 	@$(MAKE) --no-print-directory make-tables PRESET=demo DATA="$(DATA)" LEAVE_OUT="$(SLOWER_METHODS)"
 	$(if $(DATA),,@$(MAKE) --no-print-directory check-results PRESET=demo)
