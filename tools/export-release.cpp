@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "ndg/core/error.h"
 #include "ndg/core/file.h"
 #include "ndg/core/tool.h"
 #include "ndg/release/cards.h"
@@ -28,6 +29,11 @@ int main(int argc, char** argv)
     tool.output("model-card", model_card_path, "card of the model, Markdown", false);
     tool.output("dataset-card", dataset_card_path, "card of the data, Markdown", false);
     return tool.run(argc, argv, [&] {
+        bool asked = false;
+        for (const std::string& path : {safetensors_path, config_path, onnx_path, model_card_path, dataset_card_path})
+            asked = asked || !path.empty();
+        require_input(asked,
+                      "give --safetensors, --config-json, --onnx, --model-card, --dataset-card or several of them");
         if (!safetensors_path.empty()) write_safetensors(safetensors_path, inputs.model_path);
         if (!config_path.empty()) write_file(config_path, network_config(inputs.model_path));
         if (!onnx_path.empty()) write_onnx(onnx_path, inputs.model_path, onnx);

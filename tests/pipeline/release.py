@@ -153,6 +153,8 @@ try:
             file.truncate(os.path.getsize(f"{folder}/plain.h5") // 2)
         code, text = tool("export-release", f"--model={folder}/plain.h5", f"--onnx={folder}/x.onnx")
         check(code == 2 and text.count("\n") == 1 and not os.path.exists(f"{folder}/x.onnx"), f"a damaged model is refused: {text.strip()}")
+        code, text = tool("export-release", f"--model={folder}/plain.h5")
+        check(code == 2 and "--onnx" in text, "a release of nothing is refused")
 finally:
     shutil.rmtree(folder)
 print(f"{len(failures)} failures")
