@@ -25,6 +25,26 @@ std::uint32_t word(const std::string& bytes, std::size_t offset)
     return value;
 }
 
+tinygltf::Model load_glb(const std::string& path)
+{
+    tinygltf::Model model;
+    std::string error, warning;
+    REQUIRE(tinygltf::TinyGLTF().LoadBinaryFromFile(&model, &error, &warning, path));
+    CHECK(error.empty());
+    CHECK(warning.empty());
+    return model;
+}
+
+std::vector<float> floats_of(const tinygltf::Model& model, int accessor_idx)
+{
+    const tinygltf::Accessor& accessor = model.accessors[accessor_idx];
+    std::vector<float> values(accessor.count *
+                              std::size_t(tinygltf::GetNumComponentsInType(std::uint32_t(accessor.type))));
+    std::memcpy(values.data(), model.buffers[0].data.data() + model.bufferViews[accessor.bufferView].byteOffset,
+                4 * values.size());
+    return values;
+}
+
 }  // namespace
 
 TEST_CASE("The container is a version 2 GLB of a padded JSON chunk and a binary chunk")
@@ -56,11 +76,7 @@ TEST_CASE("Nodes, accessors and materials survive reading by tinygltf")
     const MeshSequence sequence = body_like();
     const std::vector<MeshFrame> frames = sequence.frame(0);
     export_meshes(folder.file("a.glb"), sequence);
-    tinygltf::Model model;
-    std::string error, warning;
-    REQUIRE(tinygltf::TinyGLTF().LoadBinaryFromFile(&model, &error, &warning, folder.file("a.glb")));
-    CHECK(error.empty());
-    CHECK(warning.empty());
+    const tinygltf::Model model = load_glb(folder.file("a.glb"));
     REQUIRE(model.nodes.size() == 3);
     // Translucent last.
     CHECK(model.nodes[0].name == "bones");
@@ -134,17 +150,8 @@ TEST_CASE("Several frames become one animation: rigid meshes turn their node, ot
         return frames;
     };
     export_meshes(folder.file("a.glb"), sequence);
-    tinygltf::Model model;
-    std::string error, warning;
-    REQUIRE(tinygltf::TinyGLTF().LoadBinaryFromFile(&model, &error, &warning, folder.file("a.glb")));
-    const auto floats = [&](int accessor_idx) {
-        const tinygltf::Accessor& accessor = model.accessors[accessor_idx];
-        const tinygltf::BufferView& view = model.bufferViews[accessor.bufferView];
-        std::vector<float> values(accessor.count *
-                                  std::size_t(tinygltf::GetNumComponentsInType(std::uint32_t(accessor.type))));
-        std::memcpy(values.data(), model.buffers[0].data.data() + view.byteOffset, 4 * values.size());
-        return values;
-    };
+    const tinygltf::Model model = load_glb(folder.file("a.glb"));
+    const auto floats = [&](int accessor_idx) { return floats_of(model, accessor_idx); };
     const auto rows = [](const std::vector<float>& values) {
         return Points(Eigen::Map<const Eigen::Matrix<float, Eigen::Dynamic, 3, Eigen::RowMajor>>(
                           values.data(), Eigen::Index(values.size() / 3), 3)
@@ -214,17 +221,8 @@ TEST_CASE("A rig becomes a skin of joints; clips become animations, each with it
     MeshSequence sequence = test::rig_like(5);
     sequence.clips = {{"walk", 0, 3, 10.0}, {"run", 3, 5, 20.0}};
     export_meshes(folder.file("a.glb"), sequence);
-    tinygltf::Model model;
-    std::string error, warning;
-    REQUIRE(tinygltf::TinyGLTF().LoadBinaryFromFile(&model, &error, &warning, folder.file("a.glb")));
-    const auto floats = [&](int accessor_idx) {
-        const tinygltf::Accessor& accessor = model.accessors[accessor_idx];
-        std::vector<float> values(accessor.count *
-                                  std::size_t(tinygltf::GetNumComponentsInType(std::uint32_t(accessor.type))));
-        std::memcpy(values.data(), model.buffers[0].data.data() + model.bufferViews[accessor.bufferView].byteOffset,
-                    4 * values.size());
-        return values;
-    };
+    const tinygltf::Model model = load_glb(folder.file("a.glb"));
+    const auto floats = [&](int accessor_idx) { return floats_of(model, accessor_idx); };
     REQUIRE(model.skins.size() == 1);
     const std::vector<int>& joints = model.skins[0].joints;
     REQUIRE(joints.size() == 2);

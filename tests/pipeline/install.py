@@ -166,8 +166,8 @@ try:
               "libndg-dev has header and CMake package, and depends on libndg0")
         check(all(f"./usr/share/doc/{name}/copyright\n" in contents[name] for name in packages), "each has its copyright file")
         check(not any(re.search(r" \./(?!usr)[a-z]", text) for text in contents.values()), "nothing lies outside of /usr")
-        check(done("dpkg-deb", "--extract", packages["ndg-tools"], folder + "/root"), "ndg-tools is unpacked")
-        check(done(folder + "/root/usr/bin/ndg-animate", "--list-methods"), "a program of the package runs")
+        check(done("dpkg-deb", "--extract", packages["ndg-tools"], folder + "/unpacked"), "ndg-tools is unpacked")
+        check(done(folder + "/unpacked/usr/bin/ndg-animate", "--list-methods"), "a program of the package runs")
 finally:
     shutil.rmtree(folder)
 print(f"{len(failures)} failures")

@@ -202,13 +202,11 @@ TEST_CASE("A video that needs ffmpeg says so where there is none, and leaves not
     CHECK_THROWS_WITH(video_writer(folder.path() + "/video.mp4", 3, 25, 80), Catch::Contains("ffmpeg"));
     ::setenv("PATH", path.c_str(), 1);
     CHECK(std::filesystem::is_empty(folder.path()));
-    std::unique_ptr<VideoWriter> writer;
-    try {
-        writer = video_writer(folder.path() + "/video.mp4", 3, 25, 80);
-    } catch (const InputError&) {
+    if (std::system("command -v ffmpeg > /dev/null") != 0) {
         WARN("skipped: ffmpeg is not installed");
         return;
     }
+    std::unique_ptr<VideoWriter> writer = video_writer(folder.path() + "/video.mp4", 3, 25, 80);
     for (int i = 0; i < 3; ++i) writer->add(Image(61, 40, {std::uint8_t(80 * i), 0, 0}));  // odd widths too
     writer->finish();
     CHECK(read_file(folder.path() + "/video.mp4").substr(4, 4) == "ftyp");
