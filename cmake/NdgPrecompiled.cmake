@@ -18,6 +18,9 @@ function(ndg_precompile target)
   if(NOT NDG_PRECOMPILED_HEADERS OR "external::cgal" IN_LIST ARGN)  # CGAL brings flags of its own
     return()
   endif()
+  if("external::torch" IN_LIST ARGN AND NOT "OpenMP::OpenMP_CXX" IN_LIST ARGN)  # libtorch defines macros of its own
+    return()
+  endif()
   set(links ndg_flags Eigen3::Eigen fmt::fmt)
   set(headers ${NDG_COMMON_HEADERS})
   set(name ndg_precompiled)
