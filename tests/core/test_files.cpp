@@ -8,10 +8,13 @@
 #include "ndg/core/progress.h"
 #include "ndg/core/provenance.h"
 #include "ndg/core/stream_file.h"
+#include "ndg/core/text_file.h"
 #include "ndg/core/threads.h"
 #include "support/support.h"
 
 #include <catch2/catch.hpp>
+
+#include <sys/stat.h>
 
 #include <csignal>
 #include <filesystem>
@@ -54,9 +57,8 @@ TEST_CASE("files are replaced whole and leave no temporary name")
     write_file(folder.file("x"), std::string("new\0", 4));
     CHECK(read_file(folder.file("x")) == std::string("new\0", 4));
     CHECK_THROWS_AS(write_file(folder.file("no/such/folder"), ""), Error);
-    // The target is a folder: the rename fails after the temporary file was written.
     std::filesystem::create_directories(folder.file("d/e"));
-    CHECK_THROWS_WITH(write_file(folder.file("d"), "y"), Catch::Contains("cannot rename"));
+    CHECK_THROWS_WITH(write_file(folder.file("d"), "y"), Catch::Contains("is a folder"));
     std::size_t count = 0;
     for (const auto& entry : std::filesystem::directory_iterator(folder.path())) count += entry.exists() ? 1 : 0;
     CHECK(count == 2);
@@ -80,6 +82,69 @@ TEST_CASE("a file written piece by piece is there whole or not at all")
     CHECK(read_file(folder.file("x")) == "one two");
     CHECK(std::distance(std::filesystem::directory_iterator(folder.path()), {}) == 1);
     CHECK_THROWS_AS(write_stream("/dev/full/x", [](std::ostream&) {}), Error);
+}
+
+TEST_CASE("what is written goes where links lead, and only to files")
+{
+    namespace fs = std::filesystem;
+    const TemporaryFolder folder;
+    fs::create_directory(folder.file("sub"));
+    write_file(folder.file("sub/target"), "old");
+    fs::create_symlink("sub/target", folder.file("link"));
+    fs::create_symlink(folder.file("link"), folder.file("link to link"));
+    write_file(folder.file("link to link"), "new");
+    CHECK(read_file(folder.file("sub/target")) == "new");
+    CHECK(fs::is_symlink(folder.file("link")));
+    CHECK(fs::is_symlink(folder.file("link to link")));
+    fs::create_symlink("sub/not yet", folder.file("forward"));
+    write_file(folder.file("forward"), "made");
+    CHECK(read_file(folder.file("sub/not yet")) == "made");
+    fs::create_symlink("circle", folder.file("circle"));
+    CHECK_THROWS_WITH(write_file(folder.file("circle"), ""), Catch::Contains("leads to itself"));
+
+    REQUIRE(::mkfifo(folder.file("pipe").c_str(), 0666) == 0);
+    fs::create_symlink("pipe", folder.file("to pipe"));
+    for (const char* name : {"pipe", "to pipe"}) {
+        CHECK_THROWS_WITH(write_file(folder.file(name), "x"), Catch::Contains("is a pipe or device"));
+        CHECK_THROWS_WITH(read_file(folder.file(name)), Catch::Contains("is a pipe or device"));
+    }
+    CHECK(fs::is_fifo(folder.file("pipe")));
+    CHECK_THROWS_WITH(write_file("/dev/null", "x"), Catch::Contains("is a pipe or device"));
+    CHECK_THROWS_WITH(write_stream("/dev/null", [](std::ostream&) {}), Catch::Contains("is a pipe or device"));
+    CHECK(fs::is_character_file("/dev/null"));
+}
+
+TEST_CASE("texts of any origin become UTF-8 with line feeds")
+{
+    const auto normal = [](const std::string& content) { return normalise_text("x", content); };
+    CHECK(normal("a\nb\n") == "a\nb\n");
+    CHECK(normal("\xEF\xBB\xBF"
+                 "a\r\nb\rc\r\r\n\x1A") == "a\nb\nc\n\n");
+    CHECK(normal(std::string("a\n\0\0", 4)) == "a\n");
+    CHECK(normal("na\xEFve") == "na\xC3\xAFve");  // Latin-1
+    CHECK(normal("na\xC3\xAFve \xF0\x9F\xA6\xB4") == "na\xC3\xAFve \xF0\x9F\xA6\xB4");
+    CHECK(normal("") == "");
+    for (const std::string& wide :
+         {std::string("\xFF\xFE"
+                      "a\0",
+                      4),
+          std::string("\xFE\xFF\0a", 4), std::string("H\0I\0E\0R\0A\0", 10), std::string("\0H\0I\0E\0R\0A", 10)})
+        CHECK_THROWS_WITH(normal(wide), "x: is text in UTF-16; save it as UTF-8");
+    CHECK_THROWS_WITH(normal(std::string("\xFF\xFE\0\0a\0\0\0", 8)), Catch::Contains("UTF-32"));
+
+    // Overlong forms, surrogates, what is beyond Unicode, what is cut off.
+    for (const char* bytes : {"\xC0\x80", "\xE0\x80\x80", "\xED\xA0\x80", "\xF4\x90\x80\x80", "\xC3", "\x80"})
+        CHECK_FALSE(is_utf8(bytes));
+    CHECK(printable("a\tb\x1B[31m \xC3\xAF \xEF \xC2\x9B") == "a?b?[31m \xC3\xAF ? ?");
+    CHECK(equal_without_case("EndFacet", "endfacet"));
+    CHECK_FALSE(equal_without_case("end", "endfacet"));
+}
+
+TEST_CASE("a folder with a name that is no text is refused by name")
+{
+    const TemporaryFolder folder;
+    write_file(folder.file("J\xF6rg.bvh"), "x");
+    CHECK_THROWS_WITH(sha256_path(folder.path()), Catch::Contains("is not UTF-8"));
 }
 
 TEST_CASE("text is escaped for markup")

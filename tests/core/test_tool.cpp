@@ -8,6 +8,8 @@
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 
+#include <sys/stat.h>
+
 #include <algorithm>
 #include <filesystem>
 #include <limits>
@@ -227,6 +229,41 @@ TEST_CASE("an existing output is refused without --force, unless it can be resum
     Tool resumable("make-template", "s", "e");
     resumable.output("out", out, "result", true, true);
     CHECK(run_tool(resumable, {"--out", folder.file("out")}).exit_code == 0);
+}
+
+TEST_CASE("inputs and outputs that are no files, and names that are no text, are refused before anything is done")
+{
+    const TemporaryFolder folder;
+    REQUIRE(::mkfifo(folder.file("pipe").c_str(), 0666) == 0);
+    write_file(folder.file("J\xF6rg"), "x");
+    const auto refused = [&](const std::string& flag, const std::string& path, const std::string& message) {
+        Example example;
+        bool ran = false;
+        check_refused(example.run({flag, path, "--force"}, [&] { ran = true; }), message);
+        CHECK_FALSE(ran);
+    };
+    refused("--body", folder.file("pipe"), "is a pipe or device");
+    refused("--body", folder.file("J\xF6rg"), "J?rg is not UTF-8");
+    refused("--out", folder.file("pipe"), "is a pipe or device");
+    refused("--out", "/dev/null", "is a pipe or device");
+    refused("--out", folder.file("J\xF6rg"), "J?rg is not UTF-8");
+    refused("--out", "/proc/x", "cannot write to /proc");
+    CHECK(std::filesystem::is_fifo(folder.file("pipe")));
+    CHECK(std::filesystem::is_character_file("/dev/null"));
+    // The trial of an output leaves nothing.
+    Example example;
+    CHECK(example.run({"--out", folder.file("new")}).exit_code == 0);
+    CHECK_FALSE(std::filesystem::exists(folder.file("new")));
+    CHECK(std::distance(std::filesystem::directory_iterator(folder.path()), {}) == 2);
+}
+
+TEST_CASE("what a message quotes cannot disturb a terminal")
+{
+    Example example;
+    const ToolRun result = example.run({}, [] { throw InputError("x.bvh: '\x1B[2J\xFF\x07' is no number"); });
+    check_refused(result,
+                  "x.bvh: '?[2J?"
+                  "?' is no number");
 }
 
 TEST_CASE("exceptions become exit codes and one line")

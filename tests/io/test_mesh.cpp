@@ -6,10 +6,13 @@
 
 #include <catch2/catch.hpp>
 
+#include <cctype>
 #include <cstdint>
 #include <cstring>
 #include <filesystem>
 #include <limits>
+#include <utility>
+#include <vector>
 
 using namespace ndg;
 using ndg::test::TemporaryFolder;
@@ -181,7 +184,7 @@ TEST_CASE("PLY: bad files")
     const std::string text = "ply\nformat ascii 1.0\n" + vertices + face;
     check_refused("x.ply", text + "0 0 0\n1 0 0\n0 1 0\n3 0 1 3\n", "face 0: vertex 3 is not among the 3 vertices");
     check_refused("x.ply", text + "0 0 0\n1 0 0\n0 1 0\n3 0 1 -1\n", "face 0: vertex -1 is not among");
-    check_refused("x.ply", text + "0 0 0\n1 nan 0\n0 1 0\n3 0 1 2\n", "vertex 1: 'nan' is not finite");
+    check_refused("x.ply", text + "0 0 0\n1 nan 0\n0 1 0\n3 0 1 2\n", "vertex 1: coordinate nan is not finite");
     check_refused("x.ply", text + "0 0 0\n1 0 0\n0 1 0\n3 0 1\n", "face 0: truncated");
     check_refused("x.ply", text + "0 0 0\n1 0 0\n0 1 0\n2 0 1\n", "face 0: a face needs three vertices, got 2");
     check_refused("x.ply", text + "0 0 0\n", "truncated, 3 elements vertex do not fit");
@@ -249,4 +252,111 @@ TEST_CASE("STL: ascii and binary, equal corners merged")
     const float nan = std::numeric_limits<float>::quiet_NaN();
     std::memcpy(bad.data() + 84 + 12, &nan, 4);
     check_refused("x.stl", bad, "triangle 0: coordinate nan is not finite");
+}
+
+namespace {
+
+std::string with_line_ends(const std::string& text, const std::string& end)
+{
+    std::string result;
+    for (const char c : text) result += c == '\n' ? end : std::string(1, c);
+    return result;
+}
+
+const std::string text_of(const std::string& format)
+{
+    if (format == "obj") return "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+    if (format == "off") return "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+    if (format == "ply")
+        return "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+               "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+    return "solid s\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n"
+           "endsolid s\n";
+}
+
+}  // namespace
+
+TEST_CASE("texts with any line ends, marks, blanks, case and tails are the same mesh")
+{
+    const Points expected = (Points(3, 3) << 0, 0, 0, 1, 0, 0, 0, 1, 0).finished();
+    for (const char* format : {"obj", "off", "ply", "stl"}) {
+        const std::string text = text_of(format);
+        std::string upper = text;
+        for (char& c : upper) c = static_cast<char>(std::toupper(c));
+        const std::vector<std::pair<const char*, std::string>> variants = {
+            {"CR LF", with_line_ends(text, "\r\n")},
+            {"CR", with_line_ends(text, "\r")},
+            {"mark", "\xEF\xBB\xBF" + text},
+            {"mark and CR", "\xEF\xBB\xBF" + with_line_ends(text, "\r")},
+            {"blanks", "  " + text},
+            {"end of file", text + "\x1A"},
+            {"zeros", text + std::string(7, '\0')},
+            {"no last line end", text.substr(0, text.size() - 1)},
+            // Keywords of OBJ and PLY's header but for its first word are lower case by their definitions.
+            {"case", std::string(format) == "off" || std::string(format) == "stl" ? upper : text}};
+        for (const auto& [what, content] : variants) {
+            INFO(format << ", " << what);
+            const MeshFile mesh = read_text(std::string("x.") + format, content);
+            CHECK(mesh.vertices == expected);
+            CHECK(mesh.triangles.rows() == 1);
+        }
+        std::string wide = "\xFF\xFE";
+        for (const char c : text) wide += std::string(1, c) + '\0';
+        check_refused(std::string("x.") + format, wide, "is text in UTF-16");
+        if (std::string(format) == "obj" || std::string(format) == "off")
+            check_refused(std::string("x.") + format, wide.substr(2), "is text in UTF-16");
+    }
+    // Words that are no UTF-8 come from Latin-1.
+    const MeshFile mesh = read_text("x.obj",
+                                    "# K\xF6rper\nv 0 0 0\nv 1 0 0\nv 0 1 0\ng F\xFC\xDF"
+                                    "e\nf 1 2 3\n");
+    CHECK(mesh.triangle_groups == std::vector<std::string>{"F\xC3\xBC\xC3\x9F"
+                                                           "e"});
+}
+
+TEST_CASE("STL: binary files that begin with \"solid\" or have a tail are told from texts by their bytes")
+{
+    const TemporaryFolder folder;
+    write_mesh(folder.file("x.stl"), corners(), faces());
+    std::string bytes = read_file(folder.file("x.stl"));
+    for (const char* start : {"solid", "  SOLID made by a scanner"}) {
+        for (const char* tail : {"", "more bytes"}) {
+            INFO(start << ", tail '" << tail << "'");
+            std::string changed = bytes + tail;
+            changed.replace(0, std::strlen(start), start);
+            CHECK(read_text("y.stl", changed).triangles.rows() == 4);
+        }
+    }
+}
+
+TEST_CASE("points that are no numbers are dropped with their triangles where that is asked for")
+{
+    const TemporaryFolder folder;
+    MeshReading reading;
+    reading.drop_invalid = true;
+    const std::vector<std::pair<const char*, std::string>> files = {
+        {"x.obj", "v 0 0 0\nv nan 0 0\nv 0 1 0\nv 1 1 0\nf 1 2 3\ng left\nf 1 4 3\n"},
+        {"x.off", "OFF\n4 2 0\n0 0 0\n0 inf 0\n0 1 0\n1 1 0\n3 0 1 2\n3 0 3 2\n"},
+        {"x.ply",
+         "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
+         "element face 2\nproperty list uchar int vertex_indices\nend_header\n"
+         "0 0 0\nnan nan nan\n0 1 0\n1 1 0\n3 0 1 2\n3 0 3 2\n"}};
+    for (const auto& [name, content] : files) {
+        INFO(name);
+        write_file(folder.file(name), content);
+        const MeshFile mesh = read_mesh(folder.file(name), reading);
+        CHECK(mesh.num_dropped == 1);
+        CHECK(mesh.vertices == (Points(3, 3) << 0, 0, 0, 0, 1, 0, 1, 1, 0).finished());
+        CHECK(mesh.triangles == (Triangles(1, 3) << 0, 2, 1).finished());
+        CHECK(mesh.triangle_groups.size() == 1);
+        CHECK_THROWS_AS(read_mesh(folder.file(name)), InputError);
+    }
+    write_file(folder.file("y.obj"), "v nan 0 0\nv 0 nan 0\n");
+    CHECK_THROWS_WITH(read_mesh(folder.file("y.obj"), reading), Catch::Contains("none of its 2 vertices"));
+    write_mesh(folder.file("z.stl"), corners(), faces());
+    std::string bytes = read_file(folder.file("z.stl"));
+    const float nan = std::numeric_limits<float>::quiet_NaN();
+    std::memcpy(bytes.data() + 84 + 12, &nan, 4);
+    write_file(folder.file("z.stl"), bytes);
+    CHECK(read_mesh(folder.file("z.stl"), reading).triangles.rows() == 3);
 }

@@ -28,6 +28,8 @@ struct TinyGlb {
     int position_count = 4, index_count = 12;
     int index_type = 5123;  // unsigned short
     std::string position_type = "VEC3", extra;
+    std::string nodes = R"({"mesh":0,"rotation":[0.7071068,0,0,0.7071068]})";
+    std::string scenes = R"("scene":0,"scenes":[{"nodes":[0]}],)";
 
     std::string bytes() const
     {
@@ -37,15 +39,14 @@ struct TinyGlb {
         while (binary.size() % 4 != 0) binary += '\0';
         const std::size_t position_bytes = 4 * positions.size(), index_bytes = 2 * indices.size();
         std::string json = fmt::format(
-            R"({{"asset":{{"version":"2.0"}},"scene":0,"scenes":[{{"nodes":[0]}}],)"
-            R"("nodes":[{{"mesh":0,"rotation":[0.7071068,0,0,0.7071068]}}],)"
+            R"({{"asset":{{"version":"2.0"}},{}"nodes":[{}],)"
             R"("meshes":[{{"name":"wedge","primitives":[{{"attributes":{{"POSITION":0}},"indices":1}}]}}],)"
             R"("accessors":[{{"bufferView":0,"componentType":5126,"count":{},"type":"{}"}},)"
             R"({{"bufferView":1,"componentType":{},"count":{},"type":"SCALAR"}}],)"
             R"("bufferViews":[{{"buffer":0,"byteLength":{}}},{{"buffer":0,"byteOffset":{},"byteLength":{}}}],)"
             R"("buffers":[{{"byteLength":{}}}]{}}})",
-            position_count, position_type, index_type, index_count, position_bytes, position_bytes, index_bytes,
-            binary.size(), extra);
+            scenes, nodes, position_count, position_type, index_type, index_count, position_bytes, position_bytes,
+            index_bytes, binary.size(), extra);
         while (json.size() % 4 != 0) json += ' ';
         std::string result = "glTF";
         append(result, std::uint32_t(2));
@@ -85,12 +86,14 @@ std::string refusal_after(const Change& change)
 
 }  // namespace
 
-TEST_CASE("GLB: vertices and triangles are read in the file's own coordinates")
+TEST_CASE("GLB: meshes as they are stored")
 {
     const test::TemporaryFolder folder;
     const std::string path = folder.file("Wedge.GLB");
     write_file(path, TinyGlb().bytes());
-    const MeshFile mesh = read_mesh(path);
+    MeshReading stored;
+    stored.placed = false;
+    const MeshFile mesh = read_mesh(path, stored);
     REQUIRE(mesh.vertices.rows() == 4);
     REQUIRE(mesh.triangles.rows() == 4);
     // The node's rotation about x is left out: the second vertex but one stays on y.
@@ -98,6 +101,129 @@ TEST_CASE("GLB: vertices and triangles are read in the file's own coordinates")
     CHECK(mesh.vertices.row(3).isApprox(Eigen::RowVector3d(0, 0, 3)));
     CHECK(mesh.triangles.row(3) == Eigen::RowVector3i(0, 3, 2));
     CHECK(mesh.triangle_groups == std::vector<std::string>(4, "wedge"));
+}
+
+namespace {
+
+MeshFile read_with_nodes(const std::string& nodes, const std::string& scenes = TinyGlb().scenes)
+{
+    const test::TemporaryFolder folder;
+    TinyGlb glb;
+    glb.nodes = nodes;
+    glb.scenes = scenes;
+    write_file(folder.file("x.glb"), glb.bytes());
+    return read_mesh(folder.file("x.glb"));
+}
+
+double volume(const MeshFile& mesh)
+{
+    double six_times = 0;
+    for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t) {
+        Eigen::Matrix3d corners;
+        for (int k = 0; k < 3; ++k) corners.row(k) = mesh.vertices.row(mesh.triangles(t, k));
+        six_times += corners.determinant();
+    }
+    return six_times / 6;
+}
+
+}  // namespace
+
+TEST_CASE("GLB: meshes lie where the nodes of the default scene place them")
+{
+    SECTION("turned about x by a quarter")
+    {
+        const MeshFile mesh = read_with_nodes(TinyGlb().nodes);
+        CHECK(mesh.vertices.row(2).isApprox(Eigen::RowVector3d(0, 0, 2), 1e-6));
+        CHECK(mesh.vertices.row(3).isApprox(Eigen::RowVector3d(0, -3, 0), 1e-6));
+        CHECK(volume(mesh) == Approx(1.0));
+    }
+    SECTION("moved, turned and scaled by a chain of nodes, in that order")
+    {
+        const MeshFile mesh =
+            read_with_nodes(R"({"children":[1],"translation":[10,0,0],"rotation":[0,0,0.7071068,0.7071068]},)"
+                            R"({"mesh":0,"translation":[0,1,0],"scale":[2,3,4]})");
+        // (1, 0, 0) -> (2, 1, 0) -> a quarter about z (-1, 2, 0) -> (9, 2, 0)
+        CHECK(mesh.vertices.row(1).isApprox(Eigen::RowVector3d(9, 2, 0), 1e-6));
+        CHECK(volume(mesh) == Approx(24.0));
+    }
+    SECTION("a matrix, column by column")
+    {
+        const MeshFile mesh = read_with_nodes(R"({"mesh":0,"matrix":[0,1,0,0, -1,0,0,0, 0,0,1,0, 5,6,7,1]})");
+        CHECK(mesh.vertices.row(2).isApprox(Eigen::RowVector3d(3, 6, 7), 1e-6));
+    }
+    SECTION("left and right exchanged: triangles still face outward")
+    {
+        const MeshFile mesh = read_with_nodes(R"({"mesh":0,"scale":[-1,1,1]})");
+        CHECK(mesh.vertices.row(1).isApprox(Eigen::RowVector3d(-1, 0, 0)));
+        CHECK(volume(mesh) == Approx(1.0));
+    }
+    SECTION("instances are as many meshes; what the scene does not show is not there")
+    {
+        const std::string nodes = R"({"mesh":0},{"mesh":0,"translation":[5,0,0]},{"mesh":0,"translation":[9,0,0]})";
+        const MeshFile two = read_with_nodes(nodes, R"("scene":1,"scenes":[{"nodes":[2]},{"nodes":[0,1]}],)");
+        CHECK(two.vertices.rows() == 8);
+        CHECK(two.vertices.col(0).maxCoeff() == Approx(6.0));
+        CHECK(read_with_nodes(nodes, "").vertices.rows() == 12);  // without scenes: all
+    }
+}
+
+TEST_CASE("GLB: a mesh on a skeleton stands where its joints do, not where its node is")
+{
+    // A joint at (0, 4, 0) under an armature that scales by a hundredth; bound at the origin of a mesh in centimetres.
+    const test::TemporaryFolder folder;
+    TinyGlb glb;
+    // Joints and weights of four vertices, then a bind matrix, behind the indices (24 bytes of indices, 48 of
+    // positions).
+    std::vector<float> tail;
+    for (int i = 0; i < 4; ++i) tail.insert(tail.end(), {1, 0, 0, 0});             // weights
+    tail.insert(tail.end(), {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, -1, -1, -1, 1});  // joint_from_mesh
+    for (int i = 0; i < 8; ++i) tail.push_back(0);                                 // joints, 4 x 4 ushorts
+    glb.positions.insert(glb.positions.end(), tail.begin(), tail.end());
+    glb.nodes = R"({"children":[1],"scale":[0.01,0.01,0.01]},{"translation":[0,400,0]},)"
+                R"({"mesh":0,"skin":0,"translation":[77,77,77]})";
+    glb.scenes = R"("scene":0,"scenes":[{"nodes":[0,2]}],"skins":[{"joints":[1],"inverseBindMatrices":4}],)";
+    std::string bytes = glb.bytes();
+    // Attributes and accessors of the skin are written into the JSON by hand.
+    const auto replace = [&bytes](const std::string& old, const std::string& with) {
+        const std::size_t at = bytes.find(old);
+        REQUIRE(at != std::string::npos);
+        bytes.replace(at, old.size(), with);
+    };
+    replace(R"({"POSITION":0})", R"({"POSITION":0,"WEIGHTS_0":2,"JOINTS_0":3})");
+    replace(R"("bufferViews":)",
+            R"(,{"bufferView":0,"byteOffset":48,"componentType":5126,"count":4,"type":"VEC4"},)"
+            R"({"bufferView":0,"byteOffset":176,"componentType":5123,"count":4,"type":"VEC4"},)"
+            R"({"bufferView":0,"byteOffset":112,"componentType":5126,"count":1,"type":"MAT4"}],"bufferViews":)");
+    replace("],,{", ",{");
+    std::uint32_t json_length = 0;
+    std::memcpy(&json_length, &bytes[12], 4);
+    const std::size_t binary = bytes.find(std::string("BIN\0", 4)) - 4;
+    std::string json = bytes.substr(20, binary - 20);
+    while (json.size() % 4 != 0) json += ' ';
+    std::string whole = bytes.substr(0, 8);
+    append(whole, std::uint32_t(20 + json.size() + bytes.size() - binary));
+    append(whole, std::uint32_t(json.size()));
+    whole += "JSON" + json + bytes.substr(binary);
+    write_file(folder.file("x.glb"), whole);
+    const MeshFile mesh = read_mesh(folder.file("x.glb"));
+    // (1, 0, 0) -> bound (0, -1, -1) -> joint (0, 399, -1) -> armature
+    CHECK(mesh.vertices.row(1).isApprox(Eigen::RowVector3d(0, 3.99, -0.01), 1e-6));
+    CHECK(mesh.vertices.row(0).isApprox(Eigen::RowVector3d(-0.01, 3.99, -0.01), 1e-6));
+}
+
+TEST_CASE("GLB: scenes that cannot be are refused")
+{
+    const auto refused = [](const std::string& nodes, const std::string& message) {
+        CHECK_THROWS_WITH(read_with_nodes(nodes), Catch::Contains(message));
+    };
+    refused(R"({"mesh":0,"skin":0})", "skin 0 is not among the 0");
+    refused(R"({"mesh":3})", "mesh 3 is not among the 1");
+    refused(R"({"children":[1]},{"children":[0],"mesh":0})", "own ancestors");
+    refused(R"({"mesh":0,"children":[7]})", "node 7 is not among the 1");
+    refused(R"({"children":[2]},{"children":[2]},{"mesh":0})", "two parents");
+    refused(R"({"name":"empty"})", "shows none of the 1 meshes");
+    CHECK_THROWS_WITH(read_with_nodes(R"({"mesh":0})", R"("scene":4,"scenes":[{"nodes":[0]}],)"),
+                      Catch::Contains("scene 4 is not among the 1"));
 }
 
 TEST_CASE("GLB: files that are no whole GLB are refused with the file's name")

@@ -181,7 +181,7 @@ TEST_CASE("malformed ASF and AMC files are refused with file, line and value")
     check(replaced(asf, "angle deg", "angle grad"), amc, "unknown angle unit 'grad'");
     check(asf.substr(0, 400), amc, "the file ends inside bone 'lower'");
     CHECK_THROWS_WITH(read_asf_amc(files.folder.file("none.asf"), files.folder.file("take.amc")),
-                      Contains("none.asf: cannot be read"));
+                      Contains("none.asf: does not exist"));
 }
 
 TEST_CASE("the same take as ASF/AMC and as BVH gives the same motion", "[data]")

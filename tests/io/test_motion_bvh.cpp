@@ -126,5 +126,5 @@ TEST_CASE("a malformed BVH file is refused with file, line and value")
     check(hierarchy + replaced(motion, "10 20 30 40", "10 20 30"),
           "frame 1 has 8 values, the hierarchy has 9 channels");
     check(hierarchy + replaced(motion, "10 20 30 40", "10 nan 30 40"), "value 4 of frame 1 is 'nan', not a finite");
-    CHECK_THROWS_WITH(read_bvh(folder.file("none.bvh")), Contains("none.bvh: cannot be read"));
+    CHECK_THROWS_WITH(read_bvh(folder.file("none.bvh")), Contains("none.bvh: does not exist"));
 }

@@ -71,7 +71,9 @@ std::vector<PartFile> list_files(const std::string& folder)
 
 AnatomyMesh read_part(const PartFile& file)
 {
-    const MeshFile mesh = read_mesh(file.path);
+    MeshReading stored;
+    stored.placed = false;  // its nodes turn parts to y up, and metres_per_unit is of what is stored
+    const MeshFile mesh = read_mesh(file.path, stored);
     AnatomyMesh part;
     part.name = file.name.name;
     part.fma_id = file.name.fma_id;

@@ -37,6 +37,8 @@ std::string read_file(const std::string& path)
     const auto status = std::filesystem::status(path, error);
     require_input(std::filesystem::exists(status), "{}: does not exist", path);
     require_input(!std::filesystem::is_directory(status), "{}: is a folder, expected a file", path);
+    // Whoever opens a pipe waits for someone to write.
+    require_input(std::filesystem::is_regular_file(status), "{}: is a pipe or device, expected a file", path);
     const FilePointer file(std::fopen(path.c_str(), "rb"), std::fclose);
     require_input(file != nullptr, "{}: cannot open: {}", path, std::strerror(errno));
     std::string content;
@@ -75,13 +77,32 @@ std::vector<std::string> numbered_names(const std::string& pattern, int count)
     return names;
 }
 
-std::string temporary_name(const std::string& path)
+std::string writing_path(const std::string& path)
 {
-    return fmt::format("{}.{}.tmp", path, ::getpid());
+    namespace fs = std::filesystem;
+    constexpr int most_links = 40;  // as Linux has it
+    fs::path target = path;
+    std::error_code error;
+    for (int i = 0; fs::is_symlink(fs::symlink_status(target, error)); ++i) {
+        require_input(i < most_links, "{}: is a link that leads to itself", path);
+        const fs::path next = fs::read_symlink(target, error);
+        require_input(!error, "{}: is a link that cannot be read: {}", path, error.message());
+        target = next.is_absolute() ? next : target.parent_path() / next;
+    }
+    const fs::file_status status = fs::status(target, error);
+    require_input(!fs::exists(status) || fs::is_regular_file(status), "{}: is {}, and no file can be put in its place",
+                  path, fs::is_directory(status) ? "a folder" : "a pipe or device");
+    return target.string();
 }
 
-void replace_file(const std::string& temporary_path, const std::string& path)
+std::string temporary_name(const std::string& path)
 {
+    return fmt::format("{}.{}.tmp", writing_path(path), ::getpid());
+}
+
+void replace_file(const std::string& temporary_path, const std::string& given_path)
+{
+    const std::string path = writing_path(given_path);
     require(sync_path(temporary_path, O_RDONLY), "{}: cannot bring to disk: {}", temporary_path, std::strerror(errno));
     require(std::rename(temporary_path.c_str(), path.c_str()) == 0, "{}: cannot rename to {}: {}", temporary_path, path,
             std::strerror(errno));

@@ -2,6 +2,7 @@
 #include "ndg/core/hash.h"
 
 #include "ndg/core/error.h"
+#include "ndg/core/text_file.h"
 
 #include <openssl/evp.h>
 
@@ -75,6 +76,9 @@ std::string sha256_path(const std::string& path)
     fs::recursive_directory_iterator entry(path, error);
     require_input(!error, "{}: cannot list: {}", path, error.message());
     for (; entry != fs::recursive_directory_iterator(); entry.increment(error)) {
+        // A name that is no text could not be told from another in what is written of it.
+        require_input(is_utf8(entry->path().string()), "{}: the name is not UTF-8; rename the file or folder",
+                      entry->path().string());
         if (entry->is_regular_file()) names.push_back(entry->path().lexically_relative(path).generic_string());
         require_input(!error, "{}: cannot list: {}", path, error.message());
     }

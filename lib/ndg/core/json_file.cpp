@@ -2,8 +2,8 @@
 #include "ndg/core/json_file.h"
 
 #include "ndg/core/error.h"
-#include "ndg/core/file.h"
 #include "ndg/core/option_json.h"
+#include "ndg/core/text_file.h"
 
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
@@ -22,7 +22,7 @@ constexpr std::size_t longest_shown = 100;
 
 json parse(const std::string& path)
 {
-    const std::string text = read_file(path);
+    const std::string text = read_text_file(path);
     std::vector<std::set<std::string>> open_objects;
     const auto check_repeated = [&](int, json::parse_event_t event, json& value) {
         if (event == json::parse_event_t::object_start) open_objects.emplace_back();

@@ -16,10 +16,17 @@
 namespace ndg {
 namespace mesh {
 
+LineReader::LineReader(std::string_view text) : text_(text)
+{
+    const std::size_t end = text.find_first_of("\r\n");
+    if (end == std::string_view::npos || text[end] != '\r') return;
+    if (end + 1 == text.size() || text[end + 1] != '\n') line_end_ = '\r';
+}
+
 bool LineReader::next(std::string_view& line)
 {
     if (begin_ >= text_.size()) return false;
-    const std::size_t end = std::min(text_.find('\n', begin_), text_.size());
+    const std::size_t end = std::min(text_.find(line_end_, begin_), text_.size());
     line = text_.substr(begin_, end - begin_);
     if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
     begin_ = std::min(end + 1, text_.size());
@@ -40,7 +47,7 @@ std::vector<std::string_view> split_words(std::string_view line)
     return words;
 }
 
-double parse_real(std::string_view word, const std::string& where)
+double parse_number(std::string_view word, const std::string& where)
 {
     std::string_view digits = word;
     if (digits.size() > 1 && digits.front() == '+') digits.remove_prefix(1);
@@ -50,6 +57,12 @@ double parse_real(std::string_view word, const std::string& where)
     // Values below the smallest double round to zero, those above the largest become infinite.
     if (complete && error == std::errc::result_out_of_range) value = std::strtod(std::string(digits).c_str(), nullptr);
     require_input(complete && error != std::errc::invalid_argument, "{}: '{}' is not a number", where, word);
+    return value;
+}
+
+double parse_real(std::string_view word, const std::string& where)
+{
+    const double value = parse_number(word, where);
     require_input(std::isfinite(value), "{}: '{}' is not finite", where, word);
     return value;
 }
@@ -66,9 +79,15 @@ long long parse_integer(std::string_view word, const std::string& where)
 void MeshBuilder::add_vertex(double x, double y, double z, const std::string& where)
 {
     for (const double value : {x, y, z}) {
-        require_input(std::isfinite(value), "{}: coordinate {} is not finite", where, value);
+        require_input(drop_invalid_ || std::isfinite(value), "{}: coordinate {} is not finite", where, value);
     }
     coordinates_.insert(coordinates_.end(), {x, y, z});
+}
+
+void MeshBuilder::add_vertex(const std::string_view* words, const std::string& where)
+{
+    const auto parse = drop_invalid_ ? parse_number : parse_real;
+    add_vertex(parse(words[0], where), parse(words[1], where), parse(words[2], where), where);
 }
 
 void MeshBuilder::add_polygon(const std::vector<long long>& corners, const std::string& group, std::size_t place)
@@ -97,7 +116,32 @@ MeshFile MeshBuilder::finish(const std::string& place_name, int first_index) &&
     std::transform(corners_.begin(), corners_.end(), mesh.triangles.data(),
                    [](long long corner) { return static_cast<int>(corner); });
     mesh.triangle_groups = std::move(groups_);
+    if (drop_invalid_ && !mesh.vertices.allFinite()) drop_invalid(mesh);
     return mesh;
+}
+
+void MeshBuilder::drop_invalid(MeshFile& mesh) const
+{
+    std::vector<int> kept, new_index(static_cast<std::size_t>(mesh.vertices.rows()), -1);
+    for (int i = 0; i < static_cast<int>(new_index.size()); ++i) {
+        if (!mesh.vertices.row(i).allFinite()) continue;
+        new_index[i] = static_cast<int>(kept.size());
+        kept.push_back(i);
+    }
+    require_input(!kept.empty(), "{}: none of its {} vertices is a point, all have coordinates that are no numbers",
+                  path_, new_index.size());
+    mesh.num_dropped = mesh.vertices.rows() - static_cast<Eigen::Index>(kept.size());
+    mesh.vertices = mesh.vertices(kept, Eigen::all).eval();
+    Eigen::Index count = 0;
+    for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t) {
+        const int a = new_index[mesh.triangles(t, 0)], b = new_index[mesh.triangles(t, 1)],
+                  c = new_index[mesh.triangles(t, 2)];
+        if (a < 0 || b < 0 || c < 0) continue;
+        mesh.triangles.row(count) << a, b, c;
+        mesh.triangle_groups[count++] = mesh.triangle_groups[t];
+    }
+    mesh.triangles.conservativeResize(count, 3);
+    mesh.triangle_groups.resize(static_cast<std::size_t>(count));
 }
 
 }  // namespace mesh
@@ -117,18 +161,18 @@ bool is_mesh_name(const std::string& path)
            extension == ".glb";
 }
 
-MeshFile read_mesh(const std::string& path)
+MeshFile read_mesh(const std::string& path, const MeshReading& reading)
 {
     const std::string extension = lower_extension(path);
     require_input(is_mesh_name(path), "{}: unknown mesh format '{}', expected .obj, .ply, .off, .stl or .glb", path,
                   extension);
-    const std::string content = read_file(path);
+    std::string content = read_file(path);
     require_input(!content.empty(), "{}: is empty", path);
-    if (extension == ".obj") return mesh::read_obj(path, content);
-    if (extension == ".ply") return mesh::read_ply(path, content);
-    if (extension == ".off") return mesh::read_off(path, content);
-    if (extension == ".stl") return mesh::read_stl(path, content);
-    return mesh::read_glb(path, content);
+    if (extension == ".obj") return mesh::read_obj(path, std::move(content), reading);
+    if (extension == ".ply") return mesh::read_ply(path, std::move(content), reading);
+    if (extension == ".off") return mesh::read_off(path, std::move(content), reading);
+    if (extension == ".stl") return mesh::read_stl(path, std::move(content), reading);
+    return mesh::read_glb(path, std::move(content), reading);
 }
 
 }  // namespace ndg

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ndg/core/error.h"
+#include "ndg/core/text_file.h"
 #include "ndg/io/mesh_parts.h"
 
 #include <algorithm>
@@ -31,10 +32,11 @@ long long corner_vertex(std::string_view word, std::size_t num_vertices, const s
 
 }  // namespace
 
-MeshFile read_obj(const std::string& path, std::string_view content)
+MeshFile read_obj(const std::string& path, std::string content, const MeshReading& reading)
 {
-    MeshBuilder builder(path);
-    LineReader lines(content);
+    MeshBuilder builder(path, reading.drop_invalid);
+    const std::string text = normalise_text(path, std::move(content));
+    LineReader lines(text);
     std::string group;
     std::string_view line;
     while (lines.next(line)) {
@@ -51,8 +53,7 @@ MeshFile read_obj(const std::string& path, std::string_view content)
         const std::string where = words[0] == "v" || words[0] == "f" ? fmt::format("{}: line {}", path, number) : "";
         if (words[0] == "v") {
             require_input(words.size() >= 4, "{}: a vertex needs three coordinates, got {}", where, words.size() - 1);
-            builder.add_vertex(parse_real(words[1], where), parse_real(words[2], where), parse_real(words[3], where),
-                               where);
+            builder.add_vertex(&words[1], where);
         } else if (words[0] == "f") {
             require_input(words.size() >= 4, "{}: a face needs three vertices, got {}", where, words.size() - 1);
             std::vector<long long> corners;

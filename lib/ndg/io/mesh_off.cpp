@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ndg/core/error.h"
+#include "ndg/core/text_file.h"
 #include "ndg/io/mesh_parts.h"
+
+#include <algorithm>
+#include <array>
 
 namespace ndg::mesh {
 namespace {
@@ -18,13 +22,16 @@ std::vector<std::string_view> next_words(LineReader& lines, const std::string& p
 
 }  // namespace
 
-MeshFile read_off(const std::string& path, std::string_view content)
+MeshFile read_off(const std::string& path, std::string content, const MeshReading& reading)
 {
-    LineReader lines(content);
+    const std::string text = normalise_text(path, std::move(content));
+    LineReader lines(text);
     const auto where = [&] { return fmt::format("{}: line {}", path, lines.number()); };
     auto words = next_words(lines, path);
     // C and N announce colours and normals, which follow the coordinates.
-    const bool known = words[0] == "OFF" || words[0] == "COFF" || words[0] == "NOFF" || words[0] == "CNOFF";
+    const std::array<std::string_view, 4> headers = {"OFF", "COFF", "NOFF", "CNOFF"};
+    const bool known = std::any_of(headers.begin(), headers.end(),
+                                   [&](std::string_view name) { return equal_without_case(words[0], name); });
     require_input(known, "{}: '{}' is not an OFF header", where(), words[0].substr(0, 20));
     words.erase(words.begin());
     if (words.empty()) words = next_words(lines, path);
@@ -37,12 +44,11 @@ MeshFile read_off(const std::string& path, std::string_view content)
                   "{}: truncated, {} vertices and {} faces do not fit into {} bytes", where(), num_vertices, num_faces,
                   bytes_left);
 
-    MeshBuilder builder(path);
+    MeshBuilder builder(path, reading.drop_invalid);
     for (long long i = 0; i < num_vertices; ++i) {
         words = next_words(lines, path);
         require_input(words.size() >= 3, "{}: a vertex needs three coordinates, got {}", where(), words.size());
-        builder.add_vertex(parse_real(words[0], where()), parse_real(words[1], where()), parse_real(words[2], where()),
-                           where());
+        builder.add_vertex(words.data(), where());
     }
     for (long long i = 0; i < num_faces; ++i) {
         words = next_words(lines, path);

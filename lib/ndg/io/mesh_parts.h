@@ -12,10 +12,11 @@
 
 namespace ndg::mesh {
 
-/// Lines of a text with their numbers, without line ends; trailing blanks and empty lines stay.
+/// Lines of a text with their numbers, without line ends; trailing blanks and empty lines stay. They end with LF or CR
+/// LF or, where the first one does, with CR alone.
 class LineReader {
 public:
-    explicit LineReader(std::string_view text) : text_(text) {}
+    explicit LineReader(std::string_view text);
     /// False at the end.
     bool next(std::string_view& line);
     /// Number of the line read last, from 1.
@@ -24,25 +25,34 @@ public:
 
 private:
     std::string_view text_;
+    char line_end_ = '\n';
     std::size_t begin_ = 0, number_ = 0;
 };
 
 /// Words between blanks.
 std::vector<std::string_view> split_words(std::string_view line);
 
-/// A finite number or an integer; `where` starts the InputError ("mesh.obj: line 3").
+/// A number (parse_real: a finite one) or an integer; `where` starts the InputError ("mesh.obj: line 3").
+double parse_number(std::string_view word, const std::string& where);
 double parse_real(std::string_view word, const std::string& where);
 long long parse_integer(std::string_view word, const std::string& where);
 
 /// Collects vertices and polygons, then checks them.
 class MeshBuilder {
 public:
-    explicit MeshBuilder(std::string path) : path_(std::move(path)) {}
+    /// `drop_invalid`: see MeshReading.
+    explicit MeshBuilder(std::string path, bool drop_invalid = false)
+        : path_(std::move(path)), drop_invalid_(drop_invalid)
+    {
+    }
 
     const std::string& path() const { return path_; }
+    bool drops_invalid() const { return drop_invalid_; }
     std::size_t num_vertices() const { return coordinates_.size() / 3; }
-    /// Throws InputError, starting with `where`, unless finite.
+    /// Throws InputError, starting with `where`, unless finite, where such are not dropped in finish().
     void add_vertex(double x, double y, double z, const std::string& where);
+    /// Of the first three words.
+    void add_vertex(const std::string_view* words, const std::string& where);
     /// Splits the polygon into a fan. `corners` are checked in finish(), since OBJ may name vertices before they come;
     /// `place` ("line 7", "face 3") is kept for the message.
     void add_polygon(const std::vector<long long>& corners, const std::string& group, std::size_t place);
@@ -50,17 +60,21 @@ public:
     MeshFile finish(const std::string& place_name, int first_index) &&;
 
 private:
+    /// Takes out points that are not finite and the triangles at them.
+    void drop_invalid(MeshFile& mesh) const;
+
     std::string path_;
+    bool drop_invalid_;
     std::vector<double> coordinates_;
     std::vector<long long> corners_;
     std::vector<std::size_t> places_;
     std::vector<std::string> groups_;
 };
 
-MeshFile read_obj(const std::string& path, std::string_view content);
-MeshFile read_ply(const std::string& path, std::string_view content);
-MeshFile read_off(const std::string& path, std::string_view content);
-MeshFile read_stl(const std::string& path, std::string_view content);
-MeshFile read_glb(const std::string& path, std::string_view content);
+MeshFile read_obj(const std::string& path, std::string content, const MeshReading& reading);
+MeshFile read_ply(const std::string& path, std::string content, const MeshReading& reading);
+MeshFile read_off(const std::string& path, std::string content, const MeshReading& reading);
+MeshFile read_stl(const std::string& path, std::string content, const MeshReading& reading);
+MeshFile read_glb(const std::string& path, std::string content, const MeshReading& reading);
 
 }  // namespace ndg::mesh

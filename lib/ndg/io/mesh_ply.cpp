@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ndg/core/error.h"
+#include "ndg/core/text_file.h"
 #include "ndg/io/mesh_parts.h"
 
 #include <array>
@@ -68,7 +69,9 @@ Header read_header(const std::string& path, std::string_view content)
     Header header;
     LineReader lines(content);
     std::string_view line;
-    require_input(lines.next(line) && line == "ply", "{}: does not begin with \"ply\"", path);
+    const auto first_words = lines.next(line) ? split_words(line) : std::vector<std::string_view>();
+    require_input(first_words.size() == 1 && equal_without_case(first_words[0], "ply"),
+                  "{}: does not begin with \"ply\"", path);
     bool has_format = false;
     while (lines.next(line)) {
         const std::string where = fmt::format("{}: line {}", path, lines.number());
@@ -108,7 +111,7 @@ Header read_header(const std::string& path, std::string_view content)
 class Source {
 public:
     virtual ~Source() = default;
-    virtual double next(const Scalar& type, const std::string& where) = 0;
+    virtual double next(const Scalar& type, const std::string& where) = 0;  ///< may be no finite number
     virtual std::size_t bytes_left() const = 0;
     virtual std::size_t least_bytes(const Scalar& type) const = 0;
 };
@@ -144,7 +147,7 @@ public:
             word_ = 0;
         }
         const std::string_view word = words_[word_++];
-        if (type.is_real) return parse_real(word, where);
+        if (type.is_real) return parse_number(word, where);
         return static_cast<double>(parse_integer(word, where));
     }
 
@@ -230,11 +233,20 @@ void check_properties(const std::string& path, const Header& header)
 
 }  // namespace
 
-MeshFile read_ply(const std::string& path, std::string_view content)
+MeshFile read_ply(const std::string& path, std::string content, const MeshReading& reading)
 {
+    // Only the header of a binary file is text.
+    const std::string_view head = std::string_view(content).substr(0, 4096);
+    const bool is_wide =
+        head.find('\0') < 4 || content.compare(0, 2, "\xFF\xFE") == 0 || content.compare(0, 2, "\xFE\xFF") == 0;
+    if (is_wide || head.find("format ascii") != std::string_view::npos) {
+        content = normalise_text(path, std::move(content));
+    } else if (content.compare(0, 3, "\xEF\xBB\xBF") == 0) {
+        content.erase(0, 3);
+    }
     const Header header = read_header(path, content);
     check_properties(path, header);
-    const std::string_view body = content.substr(header.num_bytes);
+    const std::string_view body = std::string_view(content).substr(header.num_bytes);
     std::unique_ptr<Source> source;
     if (header.binary) {
         source = std::make_unique<BinarySource>(body);
@@ -242,7 +254,7 @@ MeshFile read_ply(const std::string& path, std::string_view content)
         source = std::make_unique<TextSource>(body);
     }
     check_counts(path, header, *source);
-    MeshBuilder builder(path);
+    MeshBuilder builder(path, reading.drop_invalid);
     for (const Element& element : header.elements) {
         for (std::uint64_t i = 0; i < element.count; ++i) read_element(element, i, *source, builder);
     }

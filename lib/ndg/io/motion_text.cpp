@@ -2,6 +2,7 @@
 #include "ndg/io/motion_text.h"
 
 #include "ndg/core/error.h"
+#include "ndg/core/text_file.h"
 #include "ndg/io/motion.h"
 
 #include <Eigen/Geometry>
@@ -9,14 +10,11 @@
 #include <charconv>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
-#include <sstream>
 
 namespace ndg {
 
 namespace {
 
-constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF";
 /// Longer messages (a binary file read as text) are cut.
 constexpr std::size_t longest_message = 300;
 
@@ -29,14 +27,8 @@ bool is_blank(char c)
 
 MotionText::MotionText(const std::string& path) : path_(path)
 {
-    std::ifstream file(path, std::ios::binary);
-    require_input(file.good() && !std::filesystem::is_directory(path), "{}: cannot be read", path);
-    std::ostringstream buffer;
-    buffer << file.rdbuf();
-    text_ = buffer.str();
+    text_ = read_text_file(path);
     require_input(!text_.empty(), "{}: is empty", path);
-    // The mark some editors put before UTF-8 text.
-    if (text_.compare(0, byte_order_mark.size(), byte_order_mark) == 0) position_ = byte_order_mark.size();
 }
 
 std::string_view MotionText::next_word()
@@ -92,12 +84,9 @@ double MotionText::number(std::string_view word, std::string_view what) const
 
 void MotionText::fail(const std::string& message) const
 {
-    std::string printable = message.substr(0, longest_message);
-    if (message.size() > longest_message) printable += "...";
-    for (char& c : printable) {
-        if (static_cast<unsigned char>(c) < 0x20 || c == 0x7F) c = '?';
-    }
-    throw InputError(fmt::format("{}: line {}: {}", path_, line_, printable));
+    const std::string end = message.size() > longest_message ? "..." : "";
+    throw InputError(
+        fmt::format("{}: line {}: {}{}", path_, line_, printable(message.substr(0, longest_message)), end));
 }
 
 Eigen::Matrix3d axis_rotation(char axis, double angle)

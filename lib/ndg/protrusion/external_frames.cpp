@@ -2,8 +2,8 @@
 #include "ndg/protrusion/external_frames.h"
 
 #include "ndg/core/error.h"
-#include "ndg/core/file.h"
 #include "ndg/core/progress.h"
+#include "ndg/core/text_file.h"
 #include "ndg/geometry/closest_point.h"
 #include "ndg/geometry/triangle_mesh.h"
 #include "ndg/io/mesh.h"
@@ -48,7 +48,7 @@ std::vector<int> read_excluded(const std::string& path)
 {
     std::vector<int> vertices;
     if (!std::filesystem::exists(path)) return vertices;
-    std::istringstream text(read_file(path));
+    std::istringstream text(read_text_file(path));
     std::string word;
     while (text >> word) {
         std::size_t used = 0;

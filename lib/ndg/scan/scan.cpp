@@ -293,7 +293,12 @@ ScanPoints prepare_scan(const std::string& name, const Eigen::Ref<const Points>&
 
 ScanPoints read_scan(const std::string& path, const ScanOptions& options)
 {
-    const MeshFile file = read_mesh(path);
+    MeshReading reading;
+    reading.drop_invalid = true;
+    const MeshFile file = read_mesh(path, reading);
+    if (file.num_dropped > 0)
+        log_warning("{}: {} of {} points are no numbers and are left out", path, file.num_dropped,
+                    file.num_dropped + file.vertices.rows());
     return prepare_scan(path, file.vertices, file.triangles, options);
 }
 
