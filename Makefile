@@ -13,6 +13,10 @@ CONFIG  ?= configs/$(PRESET).json
 # on machines that are shared (docs/performance.md).
 export GOMP_SPINCOUNT ?= 10000
 
+# Make splits words at blanks; better a sentence than half a pipeline in a folder of another name.
+$(foreach name,CURDIR OUT DATA BUILD CONFIG SCAN UNSEEN_SCAN PREFIX,$(if $(word 2,$($(name))),$(error $(name)='$($(name))': \
+  make cannot work with blanks in paths; take a folder without)))
+
 .DELETE_ON_ERROR:
 # Kept although only rules of patterns name them. Not .SECONDARY: files that stand for a choice must not count as
 # intermediate, or a choice that was never made would leave what depends on it as it is.

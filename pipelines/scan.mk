@@ -31,7 +31,6 @@ CLIP_CHOICE = $(CLIP)/choice-motion-$(firstword $(shell echo '$(OWN_MOTION) $(FR
 .PHONY: body animate scan-given
 scan-given:
 	@test -n "$(SCAN)" || { echo "give SCAN=<file>: OBJ, PLY, OFF, STL or GLB (SEX=male|female, AGE=<years>, NAME=<name> too)" >&2; exit 2; }
-	@test -z "$(word 2,$(SCAN))" || { echo "SCAN is one file, and its path holds no spaces: '$(SCAN)'" >&2; exit 2; }
 	@for f in "$(SCAN)" $(OWN_MOTION) $(JOINT_MAP); do test -e "$$f" || { echo "there is no file '$$f'" >&2; exit 2; }; done
 	$(CHECK_DATA)
 	@test ! -e "configs/$(NAME).json" -a "$(NAME)" != templates -a "$(NAME)" != bench || { echo "results would go among others in out/$(NAME)/: give NAME=<name>" >&2; exit 2; }

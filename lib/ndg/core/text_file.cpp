@@ -20,9 +20,10 @@ std::size_t utf8_length(std::string_view text, std::size_t place)
 {
     const unsigned char first = byte_at(text, place);
     if (first < 0x80) return 1;
-    const std::size_t length = first >= 0xC2 && first < 0xE0 ? 2 : first >= 0xE0 && first < 0xF0 ? 3
-                                                               : first >= 0xF0 && first < 0xF5   ? 4
-                                                                                                 : 0;
+    const std::size_t length = first >= 0xC2 && first < 0xE0   ? 2
+                               : first >= 0xE0 && first < 0xF0 ? 3
+                               : first >= 0xF0 && first < 0xF5 ? 4
+                                                               : 0;
     if (length == 0 || place + length > text.size()) return 0;
     for (std::size_t i = 1; i < length; ++i)
         if ((byte_at(text, place + i) & 0xC0) != 0x80) return 0;
@@ -42,7 +43,8 @@ std::string wide_encoding(std::string_view text)
     const std::size_t looked_at = std::min<std::size_t>(text.size(), 64) / 2 * 2;
     std::size_t zeros[2] = {};
     for (std::size_t i = 0; i < looked_at; ++i) zeros[i % 2] += text[i] == '\0';
-    const bool is_wide = looked_at >= 8 && std::min(zeros[0], zeros[1]) == 0 && 4 * std::max(zeros[0], zeros[1]) >= looked_at;
+    const bool is_wide =
+        looked_at >= 8 && std::min(zeros[0], zeros[1]) == 0 && 4 * std::max(zeros[0], zeros[1]) >= looked_at;
     return is_wide ? "UTF-16" : "";
 }
 
@@ -108,9 +110,8 @@ std::string printable(std::string_view text)
 
 bool equal_without_case(std::string_view a, std::string_view b)
 {
-    return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](unsigned char x, unsigned char y) {
-        return std::tolower(x) == std::tolower(y);
-    });
+    return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                      [](unsigned char x, unsigned char y) { return std::tolower(x) == std::tolower(y); });
 }
 
 }  // namespace ndg

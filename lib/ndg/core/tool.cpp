@@ -3,7 +3,6 @@
 
 #include "ndg/core/completion.h"
 #include "ndg/core/error.h"
-#include "ndg/core/file.h"
 #include "ndg/core/hash.h"
 #include "ndg/core/log.h"
 #include "ndg/core/option_json.h"
@@ -11,16 +10,12 @@
 #include "ndg/core/text_file.h"
 #include "ndg/core/threads.h"
 #include "ndg/core/tool_config.h"
+#include "ndg/core/tool_files.h"
 
 #include <CLI/CLI.hpp>
 
-#include <fcntl.h>
-#include <unistd.h>
-
 #include <algorithm>
-#include <cerrno>
 #include <cstdio>
-#include <cstring>
 #include <filesystem>
 #include <limits>
 #include <new>
@@ -31,27 +26,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct ToolInput {
-    std::string flag;  ///< empty: positional
-    std::string help;
-    std::variant<std::string*, std::vector<std::string>*> paths;
-    bool required = true;
-
-    std::string name() const { return flag.empty() ? "FILE" : "--" + flag; }
-    std::vector<std::string> list() const
-    {
-        if (const auto* many = std::get_if<std::vector<std::string>*>(&paths)) return **many;
-        const std::string& one = **std::get_if<std::string*>(&paths);
-        return one.empty() ? std::vector<std::string>{} : std::vector<std::string>{one};
-    }
-};
-
-struct ToolOutput {
-    std::string flag, help;
-    std::string* path = nullptr;
-    bool required = true, resumable = false;
-};
-
 struct ToolListing {
     std::string flag, text, help;
     bool wanted = false;
@@ -59,71 +33,6 @@ struct ToolListing {
 
 /// Ends run() early with exit code 0: --help, --version, --print-config and listings.
 struct EarlyExit {};
-
-/// Names go into files as text.
-void check_name(const std::string& flag, const std::string& path)
-{
-    require_input(is_utf8(path), "{}: the name {} is not UTF-8; rename the file or folder", flag, path);
-}
-
-void check_input(const ToolInput& input)
-{
-    const std::vector<std::string> paths = input.list();
-    require_input(!input.required || !paths.empty(), "{} is missing", input.name());
-    for (const std::string& path : paths) {
-        require_input(!path.empty(), "{}: a file name is empty", input.name());
-        std::error_code error;
-        check_name(input.name(), path);
-        const fs::file_status status = fs::status(path, error);
-        require_input(fs::exists(status), "{}: {} does not exist", input.name(), path);
-        require_input(fs::is_regular_file(status) || fs::is_directory(status),
-                      "{}: {} is a pipe or device, expected a file", input.name(), path);
-        require_input(::access(path.c_str(), R_OK) == 0, "{}: {} cannot be read", input.name(), path);
-    }
-}
-
-void check_output(const ToolOutput& output, bool force)
-{
-    require_input(!output.required || !output.path->empty(), "--{} is missing", output.flag);
-    if (output.path->empty()) return;
-    check_name("--" + output.flag, *output.path);
-    std::error_code error;
-    const fs::path path(*output.path);
-    require_input(path.has_filename() && !fs::is_directory(path, error), "--{}: {} is a folder, expected a file",
-                  output.flag, *output.path);
-    try {
-        writing_path(*output.path);
-    } catch (const InputError& problem) {
-        throw InputError(fmt::format("--{}: {}", output.flag, problem.what()));
-    }
-    require_input(force || output.resumable || !fs::exists(path, error),
-                  "--{}: {} exists already, give --force to overwrite it", output.flag, *output.path);
-}
-
-void check_differs(const ToolOutput& output, const ToolInput& input)
-{
-    std::error_code error;
-    for (const std::string& path : input.list()) {
-        require_input(!fs::equivalent(path, *output.path, error), "--{}: {} is also the input {}", output.flag,
-                      *output.path, input.name());
-    }
-}
-
-/// Makes the folder of an output and sees now, not after hours, whether a file can be made there.
-void prepare_output(const ToolOutput& output)
-{
-    const std::string path = writing_path(*output.path);
-    const fs::path folder = fs::path(path).parent_path();
-    std::error_code error;
-    if (!folder.empty()) fs::create_directories(folder, error);
-    require_input(!error, "--{}: cannot make folder {}: {}", output.flag, folder.string(), error.message());
-    const std::string trial = temporary_name(path);
-    const int descriptor = ::open(trial.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-    require_input(descriptor >= 0, "--{}: cannot write to {}: {}", output.flag, folder.empty() ? "." : folder.string(),
-                  std::strerror(errno));
-    ::close(descriptor);
-    ::unlink(trial.c_str());
-}
 
 /// One line that a terminal can show, whatever the message holds.
 void print_error(const std::string& tool, std::string message)

@@ -2,6 +2,8 @@
 #include "ndg/io/h5_handles.h"
 
 #include "ndg/core/error.h"
+#include "ndg/core/text_file.h"
+#include "ndg/io/h5_guard.h"
 
 #include <algorithm>
 #include <cstdlib>
@@ -77,6 +79,7 @@ std::string last_error()
 bool is_h5(const std::string& path)
 {
     silence_errors();
+    const ReadingGuard guard(path);
     std::error_code error;
     return std::filesystem::is_regular_file(path, error) && H5Fis_hdf5(path.c_str()) > 0;
 }
@@ -84,6 +87,7 @@ bool is_h5(const std::string& path)
 Handle open_file(const std::string& path)
 {
     silence_errors();
+    const ReadingGuard guard(path);
     std::error_code error;
     require_input(std::filesystem::exists(path, error), "{}: does not exist", path);
     require_input(!std::filesystem::is_directory(path, error), "{}: is a folder, expected an HDF5 file", path);
@@ -116,6 +120,7 @@ bool link_exists(hid_t file, const std::string& name)
 Handle open_dataset(hid_t file, const std::string& path, const std::string& name)
 {
     silence_errors();
+    const ReadingGuard guard(path);
     require_input(link_exists(file, name), "{}: dataset {} is missing", path, name);
     Handle dataset(H5Dopen2(file, name.c_str(), H5P_DEFAULT), H5Dclose);
     require_input(dataset.valid(), "{}: cannot open dataset {} ({})", path, name, last_error());
@@ -133,6 +138,7 @@ std::vector<std::size_t> dataset_shape(hid_t dataset)
 
 void check_stored_size(hid_t dataset, const std::string& path, const std::string& name)
 {
+    const ReadingGuard guard(path);
     const Handle creation(H5Dget_create_plist(dataset), H5Pclose);
     if (H5Pget_layout(creation) == H5D_VIRTUAL) return;  // its data stands in other files
     double count = 1;
@@ -148,6 +154,7 @@ void check_stored_size(hid_t dataset, const std::string& path, const std::string
 bool read_text_attribute(hid_t object, const std::string& path, const std::string& name, std::string& value)
 {
     silence_errors();
+    const ReadingGuard guard(path);
     if (H5Aexists(object, name.c_str()) <= 0) return false;
     const Handle attribute(H5Aopen(object, name.c_str(), H5P_DEFAULT), H5Aclose);
     const Handle type(H5Aget_type(attribute), H5Tclose);
@@ -156,12 +163,14 @@ bool read_text_attribute(hid_t object, const std::string& path, const std::strin
     const auto texts = read_texts(
         type, space, 1, [&](hid_t memory_type, void* data) { return H5Aread(attribute, memory_type, data) >= 0; });
     require_input(!texts.empty(), "{}: cannot read attribute {} ({})", path, name, last_error());
+    require_input(is_utf8(texts.front()), "{}: attribute {} is text that is not UTF-8, damaged", path, name);
     value = texts.front();
     return true;
 }
 
 std::vector<std::string> read_text_dataset(hid_t dataset, const std::string& path, const std::string& name)
 {
+    const ReadingGuard guard(path);
     const Handle type(H5Dget_type(dataset), H5Tclose);
     require_input(H5Tget_class(type) == H5T_STRING, "{}: dataset {} holds {}, expected text", path, name,
                   type_name(type));
@@ -174,6 +183,8 @@ std::vector<std::string> read_text_dataset(hid_t dataset, const std::string& pat
     });
     require_input(texts.size() == count, "{}: cannot read dataset {}, truncated or damaged ({})", path, name,
                   last_error());
+    for (std::size_t i = 0; i < count; ++i)
+        require_input(is_utf8(texts[i]), "{}: dataset {} at {} is text that is not UTF-8, damaged", path, name, i);
     return texts;
 }
 

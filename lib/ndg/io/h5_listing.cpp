@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ndg/core/error.h"
 #include "ndg/io/h5.h"
+#include "ndg/io/h5_guard.h"
 #include "ndg/io/h5_handles.h"
 #include "ndg/io/schema.h"
 
@@ -118,6 +119,7 @@ void check_schema(hid_t file, const std::string& path)
 
 H5Listing list_h5(const std::string& path)
 {
+    const h5::ReadingGuard guard(path);
     const Handle file = h5::open_file(path);
     H5Listing listing;
     for (const std::string& name : attribute_names(file, path)) {
@@ -138,11 +140,13 @@ H5Listing list_h5(const std::string& path)
 
 void check_h5_schema(const std::string& path)
 {
+    const h5::ReadingGuard guard(path);
     check_schema(h5::open_file(path), path);
 }
 
 void check_h5(const std::string& path)
 {
+    const h5::ReadingGuard guard(path, false);  // reads all of it
     const Handle file = h5::open_file(path);
     for (const std::string& name : dataset_names(file, path)) {
         const Handle dataset = h5::open_dataset(file, path, name);

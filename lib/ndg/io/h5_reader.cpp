@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ndg/core/error.h"
 #include "ndg/io/h5.h"
+#include "ndg/io/h5_guard.h"
 #include "ndg/io/h5_handles.h"
 #include "ndg/io/schema.h"
 
@@ -66,6 +67,7 @@ struct H5Reader::State {
 Handle H5Reader::State::open(const std::string& name, H5T_class_t type_class,
                              const std::vector<std::int64_t>& wanted) const
 {
+    const h5::ReadingGuard guard(path);
     Handle dataset = h5::open_dataset(file, path, name);
     const Handle type(H5Dget_type(dataset), H5Tclose);
     const char* expected = type_class == H5T_FLOAT ? "real numbers" : type_class == H5T_INTEGER ? "integers" : "text";
@@ -86,6 +88,7 @@ std::vector<T> H5Reader::State::read(const std::string& name, hid_t dataset, hid
 {
     std::vector<T> values(count_of(h5::dataset_shape(dataset)));
     if (values.empty()) return values;
+    const h5::ReadingGuard guard(path, false);
     require_input(H5Dread(dataset, memory_type, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()) >= 0,
                   "{}: cannot read dataset {}, truncated or damaged ({})", path, name, h5::last_error());
     return values;
@@ -137,7 +140,12 @@ H5Reader::H5Reader(const std::string& path, const std::string& format, int forma
     }
 }
 
-H5Reader::~H5Reader() = default;
+H5Reader::~H5Reader()
+{
+    if (!state_) return;
+    const h5::ReadingGuard guard(state_->path);
+    state_.reset();
+}
 H5Reader::H5Reader(H5Reader&&) noexcept = default;
 
 const std::string& H5Reader::path() const
@@ -148,6 +156,7 @@ const std::string& H5Reader::path() const
 bool H5Reader::has(const std::string& name) const
 {
     h5::silence_errors();
+    const h5::ReadingGuard guard(state_->path);
     return h5::link_exists(state_->file, name);
 }
 
@@ -194,6 +203,7 @@ std::vector<std::string> H5Reader::read_strings(const std::string& name, std::in
 std::vector<float> H5Reader::read_slice(const std::string& name, std::size_t index) const
 {
     h5::silence_errors();
+    const h5::ReadingGuard guard(state_->path, false);
     const std::lock_guard<std::mutex> lock(state_->mutex);
     auto found = state_->sliced_datasets.find(name);
     if (found == state_->sliced_datasets.end()) {
@@ -242,6 +252,7 @@ bool H5Reader::has_attribute(const std::string& name) const
 double H5Reader::attribute_double(const std::string& name) const
 {
     h5::silence_errors();
+    const h5::ReadingGuard guard(state_->path);
     require_input(H5Aexists(state_->file, name.c_str()) > 0, "{}: attribute {} is missing", state_->path, name);
     const Handle attribute(H5Aopen(state_->file, name.c_str(), H5P_DEFAULT), H5Aclose);
     const Handle type(H5Aget_type(attribute), H5Tclose);

@@ -1,0 +1,37 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""Paths with blanks, which make splits into words: one sentence before anything starts. Argument: the source folder."""
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+
+
+def run(folder, *words):
+    return subprocess.run(["make", "-n", "demo", *words], cwd=folder, capture_output=True, text=True, check=False)
+
+
+def check_refused(result, name, value):
+    assert result.returncode == 2, result
+    lines = result.stderr.strip().splitlines()
+    assert len(lines) == 1 and f"{name}='{value}'" in lines[0] and "blanks" in lines[0], lines
+    assert not result.stdout, result.stdout
+
+
+def main():
+    source = pathlib.Path(sys.argv[1])
+    with tempfile.TemporaryDirectory() as scratch:
+        for name in ("OUT", "DATA", "CONFIG", "SCAN", "PREFIX"):
+            value = f"{scratch}/with blank"
+            check_refused(run(source, f"{name}={value}"), name, value)
+        checkout = pathlib.Path(scratch) / "my checkout"
+        checkout.mkdir()
+        shutil.copy(source / "Makefile", checkout)
+        check_refused(run(checkout), "CURDIR", str(checkout.resolve()))
+        # Without a blank it is taken.
+        assert "blanks" not in run(source, f"OUT={scratch}/fine").stderr
+
+
+if __name__ == "__main__":
+    main()
