@@ -29,7 +29,7 @@ SHELL := /bin/bash
 BIN := $(BUILD)/bin
 CMAKE_FLAGS = -G Ninja $(if $(DATA),-DNDG_DATA="$(abspath $(DATA))")
 
-.PHONY: help deps build tools pipeline-tools test test-export test-asan demo templates bodies poses dataset train tables bench format format-check tidy clean
+.PHONY: help deps build tools pipeline-tools test test-export test-campaign test-asan demo templates bodies poses dataset train tables bench format format-check tidy clean
 
 help: ## list the targets and variables
 	@printf 'Targets:\n'; grep -hE '^[a-z0-9-]+:.*## ' $(MAKEFILE_LIST) | sort | sed -E 's/^([a-z0-9-]+):.*## /  \1\t/' | expand -t 16
@@ -64,6 +64,14 @@ test-export: build ## files for other programs, read back by ParaView, Blender, 
 	@pipelines/install-packages.sh --quiet paraview python3-paraview blender $$(command -v npm > /dev/null || echo nodejs npm)
 	@cd viewer && npm ci --no-audit --no-fund --silent
 	ctest --test-dir $(BUILD) --output-on-failure --no-tests=error -R '^export'
+
+# Minutes on two cores: damaged inputs 12, kills 6, full disks 2 (docs/reliability.md).
+CAMPAIGN = tests/campaign
+test-campaign: build ## 10 000 damaged inputs, 100 kills, full disks: what users' files and bad days do (20 min)
+	@$(MAKE) --no-print-directory make-tables PRESET=smoke LEAVE_OUT="$(SLOWER_METHODS)" > /dev/null
+	/usr/bin/python3 $(CAMPAIGN)/damaged_inputs.py $(BIN) out/smoke configs --keep out/campaign
+	/usr/bin/python3 $(CAMPAIGN)/kills.py $(BUILD)
+	/usr/bin/python3 $(CAMPAIGN)/full_disks.py $(BUILD) .
 
 test-asan: ## the tests that need no libtorch, under address and undefined-behaviour sanitizers
 	@pipelines/install-packages.sh --quiet

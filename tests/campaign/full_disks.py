@@ -1,0 +1,89 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""Writers on a disk that fills up, and where nothing may be written: one line, exit code 1 or 2, nothing left behind.
+
+    full_disks.py BUILD SOURCE
+
+A full disk is a limit of the size of files, a third and nine tenths of what the tool writes. SOURCE: the source folder."""
+import os
+import pathlib
+import resource
+import signal
+import subprocess
+import sys
+import tempfile
+
+sys.path.insert(0, str(pathlib.Path(__file__).parent.parent / "pipeline"))
+from dataset_files import Dataset, run
+
+
+def limited(most_bytes):
+    def limit():
+        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (most_bytes, most_bytes))
+    return limit
+
+
+def main():
+    build, source = sys.argv[1], os.path.abspath(sys.argv[2])
+    failed = False
+    with tempfile.TemporaryDirectory(prefix="ndg-disks-") as folder:
+        data = Dataset(build, folder)
+        tool = lambda name: f"{data.bin}/{name}"
+        files = [part for name in ("template", "bodies", "poses") for part in (f"--{name}", f"{folder}/{name}.h5")]
+        samples, space, model, runtime = (f"{folder}/{name}" for name in ("samples.h5", "space.h5", "model.h5", "model.ndg"))
+        motion = f"{source}/configs/motions/squat.json"
+        train = [tool("train-ndg"), *files, "--samples", samples, "--shape-space", space, "--widths", "32", "--epochs", "2"]
+        # Name, command, flag of the output, its extension. Earlier ones make what later ones read.
+        writers = [
+            ("simulate-fem", data.simulate_command(samples)[:-2], "--output", samples),
+            ("fit-shape-space", [tool("fit-shape-space"), *files[:4], "--splits", data.splits], "--output", space),
+            ("make-splits", [tool("make-splits"), *files[2:], "--template", f"{folder}/template.h5", "--train-pairs", "8",
+                             "--validation-pairs", "2", "--test-pairs", "2"], "--output", f"{folder}/more-splits.h5"),
+            ("fit-correctives", [tool("fit-correctives"), *files, "--samples", samples], "--output", f"{folder}/correctives.h5"),
+            ("train-ndg", train, "--output", model),
+            ("train-ndg's picture", [*train, "--output", f"{folder}/second.h5"], "--picture", f"{folder}/losses.png"),
+            ("export-runtime", [tool("export-runtime"), "--model", model], "--output", runtime),
+            ("export-network", [tool("export-network"), "--model", model], "--output", f"{folder}/model.pt"),
+            ("infer-ndg", [tool("infer-ndg"), *files, "--model", model, "--splits", data.splits], "--output", f"{folder}/gradients.h5"),
+            ("animate", [tool("animate"), *files, "--splits", data.splits, "--split", "test", "--method", "lbs"], "--output", f"{folder}/lbs.h5"),
+            ("evaluate-metrics", [tool("evaluate-metrics"), *files[:4], "--reference", samples, "--prediction", f"lbs={folder}/lbs.h5"], "--output", f"{folder}/tables.json"),
+        ]
+        for extension in ("glb", "obj", "ply", "pc2", "usda", "xdmf"):
+            writers.append((f"export-scene .{extension}", [tool("export-scene"), *files, "--deformations", samples, "--samples", "0,1"],
+                            "--mesh", f"{folder}/scene.{extension}"))
+        for flag, name in (("--picture", "scene.png"), ("--page", "scene.html")):
+            writers.append((f"export-scene {flag}", [tool("export-scene"), *files, "--deformations", samples, "--samples", "0,1"], flag, f"{folder}/{name}"))
+        writers.append(("import-motion", [tool("import-motion"), "--template", f"{folder}/template.h5", "--motions", motion], "--output", f"{folder}/motion.h5"))
+        print("| writer | bytes | third | nine tenths | forbidden folder |\n|---|---|---|---|---|")
+        for name, command, flag, output in writers:
+            code, text = run([*command, flag, output])
+            if code not in (0, 3) or not os.path.exists(output):
+                print(f"| {name} | could not be tried here: {text.strip()[-160:]!r} | | | |", flush=True)
+                continue
+            size = os.path.getsize(output)
+            outcomes = []
+            for share in (1 / 3, 0.9):
+                inside = pathlib.Path(folder) / "limited"
+                inside.mkdir()
+                target = inside / os.path.basename(output)
+                done = subprocess.run([*command, flag, str(target)], capture_output=True, text=True, check=False,
+                                      preexec_fn=limited(max(int(size * share), 64)))
+                errors = [line for line in done.stderr.splitlines() if "error:" in line]
+                left = sorted(path.name for path in inside.rglob("*") if path.is_file())
+                # Finished samples of a resumable run stay for the next try.
+                left = [item for item in left if not any(p.name.endswith(".parts") for p in inside.iterdir())]
+                fine = done.returncode in (1, 2) and len(errors) == 1 and not left
+                outcomes.append(f"code {done.returncode}, one line" if fine else f"WRONG: {done.returncode}, {errors}, left {left}")
+                subprocess.run(["rm", "-r", str(inside)], check=True)
+            done = subprocess.run([*command, flag, "/proc/" + os.path.basename(output)], capture_output=True, text=True, check=False)
+            errors = [line for line in done.stderr.splitlines() if "error:" in line]
+            fine = done.returncode == 2 and len(errors) == 1
+            outcomes.append("code 2, one line" if fine else f"WRONG: {done.returncode}, {errors}")
+            failed |= any("WRONG" in outcome for outcome in outcomes)
+            print(f"| {name} | {size} | " + " | ".join(outcomes) + " |", flush=True)
+    sys.exit(1 if failed else 0)
+
+
+if __name__ == "__main__":
+    main()
