@@ -180,11 +180,11 @@ Agreement compare(const JointMap& written, const JointMap& proposed)
     return result;
 }
 
-const JointMap& map_for(const std::vector<JointMap>& maps, const MotionClip& clip)
+JointMap map_for(const std::vector<JointMap>& maps, const MotionClip& clip)
 {
-    const JointMap* map = find_joint_map(maps, clip);
+    const std::optional<JointMap> map = find_joint_map(maps, clip);
     INFO(clip.name);
-    REQUIRE(map != nullptr);
+    REQUIRE(map);
     return *map;
 }
 
@@ -328,7 +328,7 @@ TEST_CASE("every rig of the data has one map, and proposals agree with it", "[da
     const std::vector<JointMap> maps = read_joint_maps(config_path("joint-maps"));
     int agree = 0, total = 0;
     for (const MotionClip& clip : data_rigs()) {
-        const JointMap& map = map_for(maps, clip);
+        const JointMap map = map_for(maps, clip);
         const JointMapProposal proposal = propose_joint_map(clip);
         CHECK(missing_source_joint(proposal.map, clip).empty());
         const Agreement agreement = compare(map, proposal.map);

@@ -349,8 +349,8 @@ TEST_CASE("all real motions are imported, near to their source, without jumps of
         if (!file.skip_reason.empty()) continue;
         INFO(file.path);
         MotionClip clip = read_motion(file);
-        const JointMap* map = find_joint_map(maps, clip);
-        REQUIRE(map != nullptr);
+        const std::optional<JointMap> map = find_joint_map(maps, clip);
+        REQUIRE(map);
         const ClipConventions found = apply_conventions(clip, *map, {});
         CHECK(found.performer_stature > 1.5);
         CHECK(found.performer_stature < 1.95);

@@ -2,17 +2,22 @@
 #include "ndg/retarget/joint_map_proposal.h"
 
 #include "ndg/core/error.h"
+#include "ndg/geometry/rotation.h"
 #include "ndg/retarget/joint_map_names.h"
 #include "ndg/retarget/joint_map_topology.h"
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 namespace ndg {
 
 namespace {
 
 constexpr double degree = M_PI / 180.0;
+
+/// A hand that is further from its forearm at rest, or a foot nearer to its shank's direction, shows no rest pose.
+constexpr double largest_tip_angle = 60 * degree, least_foot_angle = 25 * degree;
 
 /// A joint of ours to be found along a limb.
 struct Role {
@@ -115,8 +120,11 @@ private:
 
 class Proposer {
 public:
-    explicit Proposer(const MotionClip& clip)
-        : clip_(clip), names_(parse_joint_names(clip.joint_names)), plan_(find_body_plan(clip, names_))
+    Proposer(const MotionClip& clip, bool by_lengths)
+        : clip_(clip),
+          names_(parse_joint_names(clip.joint_names)),
+          plan_(find_body_plan(clip, names_, by_lengths)),
+          by_lengths_(by_lengths)
     {
         result_.map.path = clip.name + " (proposed)";
         result_.sides_from_names = plan_.sides_from_names;
@@ -185,10 +193,26 @@ private:
         add({"head", name(plan_.head.back())});
     }
 
-    void align(JointMapEntry& entry, const std::string& toward, int from, int to) const
+    static double angle_between(const Eigen::RowVector3d& a, const Eigen::RowVector3d& b)
+    {
+        return std::atan2(Eigen::Vector3d(a).cross(Eigen::Vector3d(b)).norm(), a.dot(b));
+    }
+
+    /// `above`: where the bone before begins, along which the bone of a hand or limb goes on; -1: anywhere.
+    void align(JointMapEntry& entry, const std::string& toward, int from, int to, int above = -1)
     {
         const Eigen::RowVector3d end = to >= 0 ? position(to) : Eigen::RowVector3d(clip_.zero_pose_tips.row(from));
-        if ((end - position(from)).norm() < 1e-4 * plan_.height) return;
+        const Eigen::RowVector3d bone = end - position(from);
+        if (bone.norm() < 1e-4 * plan_.height) return;
+        if (above >= 0) {
+            const double angle = angle_between(bone, position(from) - position(above));
+            if (angle > largest_tip_angle) {
+                note(fmt::format(
+                    "{}: the bone of {} lies {:.0f} degrees off the one before, more than {:.0f}: not aligned",
+                    entry.joint, name(from), angle / degree, largest_tip_angle / degree));
+                return;
+            }
+        }
         entry.toward = toward;
         entry.bone_from = name(from);
         entry.bone_to = to >= 0 ? name(to) : "";
@@ -203,6 +227,7 @@ private:
             if (i > 0) along += (position(chain[i]) - position(chain[i - 1])).norm();
             places.push_back(along / plan_.height);
         }
+        if (by_lengths_) places = plan_.arm_shares[side];
         const std::vector<int> found = RoleFinder(arm_roles(), chain, places, names_).best();
         const std::string s = prefix(side);
         if (found.empty()) {
@@ -225,7 +250,7 @@ private:
         JointMapEntry entry;
         entry.joint = s + "hand";
         entry.source = name(hand);
-        align(entry, s + "middle_1", hand, middle);
+        align(entry, s + "middle_1", hand, middle, fore);
         const auto first_finger = std::find_if(
             result_.map.entries.begin(), result_.map.entries.end(),
             [&](const auto& e) { return e.joint.rfind(s, 0) == 0 && e.joint.back() >= '1' && e.joint.back() <= '3'; });
@@ -281,7 +306,12 @@ private:
     {
         const std::vector<int>& chain = plan_.legs[side];
         std::vector<double> places;
-        for (const int joint : chain) places.push_back(plan_.height_of(position(joint)));
+        for (std::size_t i = 0; i < chain.size(); ++i) {
+            // From the trunk down, which is a little above the hips.
+            constexpr double base = 0.58;
+            places.push_back(by_lengths_ ? std::max(0.0, base - plan_.leg_shares[side][i])
+                                         : plan_.height_of(position(chain[i])));
+        }
         const std::vector<int> found = RoleFinder(leg_roles(), chain, places, names_).best();
         require_input(!found.empty(), "clip {}: no hip, knee and ankle were found along \"{}\"", clip_.name,
                       name(chain[0]));
@@ -293,9 +323,19 @@ private:
         align(add({s + "shin", name(shin)}), s + "foot", shin, foot);
         JointMapEntry& foot_entry = add({s + "foot", name(foot)});
         foot_entry.limit = 80 * degree;
-        align(foot_entry, s + "toes", foot, toes);
-        foot_entry.sole = !foot_entry.toward.empty();
         const Eigen::RowVector3d shank = (position(shin) - position(foot)).normalized();
+        const Eigen::RowVector3d end = toes >= 0 ? position(toes) : Eigen::RowVector3d(clip_.zero_pose_tips.row(foot));
+        const Eigen::RowVector3d sole = end - position(foot);
+        const double down = angle_between(sole, -shank);
+        const bool forward = down > least_foot_angle && sole.dot(plan_.front) > 0.0;
+        if (forward || by_lengths_) {
+            align(foot_entry, s + "toes", foot, toes);
+        } else if (sole.norm() > 1e-4 * plan_.height) {
+            note(fmt::format(
+                "{}foot: the bone of {} points {:.0f} degrees off the shank's direction and {}: not aligned", s,
+                name(foot), down / degree, sole.dot(plan_.front) > 0.0 ? "forward" : "not forward"));
+        }
+        foot_entry.sole = !foot_entry.toward.empty();
         // A zero pose with splayed legs has feet square to the shanks instead of flat on a floor.
         if (foot_entry.sole && shank.dot(plan_.up) < std::cos(10 * degree)) {
             foot_entry.up_from = name(foot);
@@ -319,14 +359,40 @@ private:
     const MotionClip& clip_;
     std::vector<JointName> names_;
     BodyPlan plan_;
+    bool by_lengths_;
     JointMapProposal result_;
 };
 
 }  // namespace
 
-JointMapProposal propose_joint_map(const MotionClip& clip)
+JointMapProposal propose_joint_map(const MotionClip& clip, int reference_frame)
 {
-    return Proposer(clip).propose();
+    const auto stands = [](const MotionClip& posed, const JointMapProposal& proposal) {
+        return stance_of(stance_joints(posed, proposal.map), posed.zero_pose_positions).stands();
+    };
+    std::optional<JointMapProposal> at_zero;
+    if (reference_frame < 0) {
+        try {
+            at_zero = Proposer(clip, false).propose();
+            if (clip.axes_known || reference_frame == zero_pose_is_reference || stands(clip, *at_zero)) return *at_zero;
+        } catch (const InputError&) {
+            if (reference_frame == zero_pose_is_reference) throw;
+        }
+    }
+    const JointMapProposal by_lengths = Proposer(clip, true).propose();
+    const ReferencePose reference =
+        find_reference_pose(clip, stance_joints(clip, by_lengths.map), reference_frame, std::nullopt);
+    if (reference.frame_idx < 0) return at_zero ? *at_zero : by_lengths;
+    MotionClip posed = clip;
+    set_zero_pose(posed, std::vector<Eigen::Matrix3d>(clip.world_from_joint[reference.frame_idx]));
+    turn_clip(posed, minimal_rotation(reference.up, Eigen::Vector3d::UnitY()));
+    straighten_zero_pose(posed, stance_joints(posed, by_lengths.map), false);
+    JointMapProposal proposal = Proposer(posed, false).propose();
+    proposal.reference = fmt::format("frame {}", reference.frame_idx);
+    proposal.notes.insert(proposal.notes.begin(),
+                          fmt::format("the zero pose is no person who stands straight: {} stands for it{}",
+                                      proposal.reference, reference.stands ? "" : ", though it does not stand either"));
+    return proposal;
 }
 
 }  // namespace ndg
