@@ -46,7 +46,13 @@ MotionClip make_rig(const std::string& name, const Rows& rows)
         }
         const auto row = static_cast<Eigen::Index>(j);
         if (count > 0) clip.zero_pose_tips.row(row) = sum / count;
-        if (count == 0) clip.zero_pose_tips.row(row) += Eigen::RowVector3d(0, rows[j][2] == "head" ? 0.2 : 0, 0.04);
+        if (count > 0) continue;
+        // Hands go on as the forearm does.
+        const int parent = clip.parents[j];
+        const Eigen::RowVector3d before = clip.zero_pose_positions.row(row) - clip.zero_pose_positions.row(parent);
+        clip.zero_pose_tips.row(row) += rows[j][2].find("hand") != std::string::npos
+                                            ? Eigen::RowVector3d(0.3 * before)
+                                            : Eigen::RowVector3d(0, rows[j][2] == "head" ? 0.2 : 0, 0.04);
     }
     clip.frame_rate = 30;
     clip.root_positions = Points::Zero(1, 3);

@@ -14,8 +14,8 @@ struct PoseRange {
 
 /// How two motions are compared.
 struct SameMotionOptions {
-    double angle = 1e-3;  ///< rad: mean difference of rotations of root, limbs (without hands and feet) up to this
-    double way = 1e-3;    ///< m: mean difference of the root's place from that of the first pose
+    double angle = 1e-3;    ///< rad: mean difference of rotations of root, limbs (without hands and feet) up to this
+    double way = 1e-3;      ///< m: mean difference of the root's place from that of the first pose
     int largest_shift = 0;  ///< poses by which one may begin later (and one may be longer by)
     int least_poses = 1;    ///< shorter motions are never the same
 };

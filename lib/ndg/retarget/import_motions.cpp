@@ -49,13 +49,14 @@ public:
             try {
                 add(file);
             } catch (const InputError& error) {
-                if (found.size() == 1) throw;
+                if (!file.from_folder) throw;
                 tell_(fmt::format("failed {}", error.what()));
                 result_.failures.emplace_back(error.what());
             }
         }
+        if (!result_.failures.empty()) left_out_ = result_.failures.front();
         require_input(result_.poses.size() > 0, "{}: gave no pose{}", files.motions.front(),
-                      result_.failures.empty() ? std::string() : "; " + result_.failures.front());
+                      left_out_.empty() ? std::string() : "; " + left_out_);
     }
 
     ImportedMotions take() { return std::move(result_); }
@@ -147,10 +148,13 @@ private:
 
     void warn(const RetargetReport& report)
     {
-        for (const DroppedJoint& dropped : report.dropped_joints)
-            log_warning("{}: {} poses are left out because {} is up to {:.0f} degrees from rest, its limit is {:.0f}",
-                        report.clip_name, dropped.num_poses, dropped.joint, dropped.max_angle / radians_per_degree,
-                        dropped.limit / radians_per_degree);
+        for (const DroppedJoint& dropped : report.dropped_joints) {
+            left_out_ = fmt::format(
+                "{}: {} poses are left out because {} is up to {:.0f} degrees from rest, its limit is {:.0f}",
+                report.clip_name, dropped.num_poses, dropped.joint, dropped.max_angle / radians_per_degree,
+                dropped.limit / radians_per_degree);
+            log_warning("{}", left_out_);
+        }
         if (report.num_poses == 0) log_warning("{}: no pose is left", report.clip_name);
         const SegmentError* worst = report.worst_segment();
         if (worst == nullptr || worst->mean <= options_.max_segment_error * radians_per_degree) return;
@@ -208,6 +212,7 @@ private:
     std::vector<JointMap> named_maps_, maps_;
     MotionClip reference_;
     std::vector<Kept> kept_;
+    std::string left_out_;  ///< why poses or files were left out last
     std::optional<JointLimits> limits_;
     ClipNames names_;
     ImportedMotions result_;

@@ -34,7 +34,7 @@ struct MotionImportOptions {
     bool interpolate = false;
     double source_rate = 0.0;  ///< Hz, of the files; 0: as they say
     /// Degrees; a clip disagrees with its source where a segment points elsewhere by more in the mean.
-    double max_segment_error = 25.0;
+    double max_segment_error = 15.0;
 };
 void describe(OptionList& list, MotionImportOptions& options);
 
@@ -44,7 +44,7 @@ struct ImportedMotions {
     int num_own = 0;                         ///< motions of our own (keyframes)
     int num_copies = 0, num_unmapped = 0;    ///< left out: takes read before; clips of folders that no joint map fits
     std::string licences;                    ///< of our own motions
-    std::vector<std::string> failures;       ///< files that could not be read, one sentence each
+    std::vector<std::string> failures;       ///< files of folders that could not be read, one sentence each
     std::vector<std::string> disagreements;  ///< clips that disagree with their source, one sentence each
 
     /// Throws QualityError with all failures and disagreements where there are any.
@@ -52,9 +52,9 @@ struct ImportedMotions {
 };
 
 /// All clips, one after the other, for a body with these rest joints (J x 3); `tell` gets a line about each. A motion
-/// that is there already (same_motion) is left out, whatever its name. Of several files those that cannot be read or
-/// that no joint map fits are listed as failures (files of folders that no map fits: counted). Throws InputError naming
-/// file and item: the one file there is, no pose at all.
+/// that is there already (same_motion) is left out, whatever its name. Files of folders that cannot be read are listed
+/// as failures, those that no joint map fits are counted. Throws InputError naming file and item: a named file that
+/// cannot be read or that no joint map fits, no pose at all.
 ImportedMotions import_motions(const MotionFiles& files, const MotionImportOptions& options,
                                const Eigen::Ref<const Points>& joint_positions,
                                const std::function<void(const std::string& line)>& tell);

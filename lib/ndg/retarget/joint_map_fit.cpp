@@ -81,8 +81,8 @@ JointMapFit fit_joint_map(const JointMap& map, const MotionClip& clip)
             entry.sole = false;
             for (std::string* name : {&entry.bone_from, &entry.bone_to, &entry.up_from, &entry.up_to}) name->clear();
         }
-        for (std::string* name : {&entry.source, &entry.blend_with, &entry.bone_from, &entry.bone_to, &entry.up_from,
-                                  &entry.up_to}) {
+        for (std::string* name :
+             {&entry.source, &entry.blend_with, &entry.bone_from, &entry.bone_to, &entry.up_from, &entry.up_to}) {
             if (name->empty()) continue;
             if (!has(*name)) add_once(fit.missing, *name);
             *name = matches.at(*name);
@@ -110,7 +110,8 @@ std::optional<JointMap> find_joint_map(const std::vector<JointMap>& maps, const 
         if (equal.empty()) best = std::move(fit);
     }
     if (!best) return std::nullopt;
-    require_input(equal.empty(), "clip {}: the joint maps {} and {} both fit, name one", clip.name, best->map.path, equal);
+    require_input(equal.empty(), "clip {}: the joint maps {} and {} both fit, name one", clip.name, best->map.path,
+                  equal);
     return best->map;
 }
 

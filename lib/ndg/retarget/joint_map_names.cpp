@@ -128,17 +128,22 @@ std::vector<std::string> joint_name_keys(const std::vector<std::string>& names)
 {
     constexpr double most = 0.8;
     std::vector<JointName> parsed = parse_joint_names(names);
+    // A word must be left: what has numbers alone has no name.
+    const auto has_prefix = [](const JointName& name) {
+        return name.parts.size() > 1 && std::any_of(name.parts.begin() + 1, name.parts.end(),
+                                                    [](const std::string& part) { return !is_digit(part[0]); });
+    };
     while (true) {
         std::map<std::string, int> first;
         for (const JointName& name : parsed) {
-            if (name.parts.size() > 1) ++first[name.parts.front()];
+            if (has_prefix(name)) ++first[name.parts.front()];
         }
         const auto common = std::max_element(first.begin(), first.end(),
                                              [](const auto& a, const auto& b) { return a.second < b.second; });
         if (common == first.end() || common->second < most * static_cast<double>(parsed.size())) break;
         const std::string prefix = common->first;
         for (JointName& name : parsed) {
-            if (name.parts.size() > 1 && name.parts.front() == prefix) name.parts.erase(name.parts.begin());
+            if (has_prefix(name) && name.parts.front() == prefix) name.parts.erase(name.parts.begin());
         }
     }
     std::vector<std::string> keys;

@@ -4,6 +4,7 @@
 #include "ndg/core/error.h"
 #include "ndg/geometry/rotation.h"
 #include "ndg/retarget/joint_map_names.h"
+#include "ndg/retarget/joint_map_roles.h"
 #include "ndg/retarget/joint_map_topology.h"
 
 #include <algorithm>
@@ -18,105 +19,6 @@ constexpr double degree = M_PI / 180.0;
 
 /// A hand that is further from its forearm at rest, or a foot nearer to its shank's direction, shows no rest pose.
 constexpr double largest_tip_angle = 60 * degree, least_foot_angle = 25 * degree;
-
-/// A joint of ours to be found along a limb.
-struct Role {
-    std::string joint;  ///< without side
-    /// Arms: distance from the plane of symmetry along the arm; legs: height of the standing body; shares of stature
-    /// (Drillis and Contini 1966).
-    double place;
-    std::vector<std::string> words, weak_words, foreign_words;
-    bool optional = false;
-};
-
-const std::vector<Role>& arm_roles()
-{
-    static const std::vector<Role> roles = {
-        {"clavicle", 0.03, {"clavicle", "collar"}, {"shoulder"}, {"arm"}, true},
-        {"upper_arm",
-         0.129,
-         {"upperarm", "uparm", "humerus", "shldr"},
-         {"shoulder", "arm"},
-         {"fore", "lower", "elbow"}},
-        {"forearm", 0.315, {"forearm", "lowerarm", "lowarm", "loarm", "elbow", "radius", "ulna"}, {"arm"}, {"up"}},
-        {"hand", 0.461, {"hand", "wrist"}, {}, {"arm"}, true}};
-    return roles;
-}
-
-const std::vector<Role>& leg_roles()
-{
-    static const std::vector<Role> roles = {
-        {"thigh", 0.53, {"thigh", "upleg", "upperleg", "femur"}, {"hip", "leg"}, {"low", "buttock", "knee"}},
-        {"shin",
-         0.285,
-         {"shin", "calf", "knee", "lowerleg", "lowleg", "loleg", "tibia"},
-         {"leg"},
-         {"up", "thigh", "hip"}},
-        {"foot", 0.045, {"foot", "ankle"}, {}, {"leg"}},
-        {"toes", 0.01, {"toe", "ball"}, {}, {}, true}};
-    return roles;
-}
-
-double name_score(const Role& role, const JointName& name)
-{
-    for (const char* word :
-         {"finger", "thumb", "index", "pinky", "metacarpal", "twist", "roll", "end", "nub", "site"}) {
-        if (name.has(word)) return -4.0;
-    }
-    const auto has = [&](const std::string& word) { return name.has(word); };
-    if (std::any_of(role.words.begin(), role.words.end(), has)) return 3.0;
-    if (std::any_of(role.foreign_words.begin(), role.foreign_words.end(), has)) return -3.0;
-    if (std::any_of(role.weak_words.begin(), role.weak_words.end(), has)) return 1.0;
-    return 0.0;
-}
-
-/// The best assignment of roles to joints of a chain in their order, all combinations tried; -1 where a role stays
-/// open. Names count more than places, the first of equals wins.
-class RoleFinder {
-public:
-    RoleFinder(const std::vector<Role>& roles, const std::vector<int>& chain, const std::vector<double>& places,
-               const std::vector<JointName>& names)
-        : roles_(roles), chain_(chain), places_(places), names_(names), current_(roles.size(), -1)
-    {
-        search(0, 0, 0.0);
-    }
-    /// Joints of the source, one a role; empty where a role that is not optional finds none.
-    const std::vector<int>& best() const { return best_; }
-
-private:
-    void search(std::size_t role, std::size_t from, double score)
-    {
-        if (role == roles_.size()) {
-            if (best_.empty() || score > best_score_) {
-                best_ = current_;
-                best_score_ = score;
-            }
-            return;
-        }
-        constexpr double tolerance = 0.05, worst = 4.0, found = 1.0, continued = 2.0;
-        for (std::size_t i = from; i < chain_.size(); ++i) {
-            const double off = (places_[i] - roles_[role].place) / tolerance;
-            const JointName& name = names_[std::size_t(chain_[i])];
-            double gain = found + name_score(roles_[role], name) - std::min(worst, off * off);
-            // The second of lowerarm01 and lowerarm02 only goes on where the first began.
-            if (i > 0 && !name.joined.empty() && name.joined == names_[std::size_t(chain_[i - 1])].joined &&
-                name_score(roles_[role], name) > 0.0) {
-                gain -= continued;
-            }
-            current_[role] = chain_[i];
-            search(role + 1, i + 1, score + gain);
-        }
-        current_[role] = -1;
-        if (roles_[role].optional) search(role + 1, from, score);
-    }
-
-    const std::vector<Role>& roles_;
-    const std::vector<int>& chain_;
-    const std::vector<double>& places_;
-    const std::vector<JointName>& names_;
-    std::vector<int> current_, best_;
-    double best_score_ = 0.0;
-};
 
 class Proposer {
 public:
@@ -228,7 +130,7 @@ private:
             places.push_back(along / plan_.height);
         }
         if (by_lengths_) places = plan_.arm_shares[side];
-        const std::vector<int> found = RoleFinder(arm_roles(), chain, places, names_).best();
+        const std::vector<int> found = find_roles(arm_roles(), chain, places, names_);
         const std::string s = prefix(side);
         if (found.empty()) {
             note("no upper arm and forearm were found along " + name(chain[0]));
@@ -312,7 +214,7 @@ private:
             places.push_back(by_lengths_ ? std::max(0.0, base - plan_.leg_shares[side][i])
                                          : plan_.height_of(position(chain[i])));
         }
-        const std::vector<int> found = RoleFinder(leg_roles(), chain, places, names_).best();
+        const std::vector<int> found = find_roles(leg_roles(), chain, places, names_);
         require_input(!found.empty(), "clip {}: no hip, knee and ankle were found along \"{}\"", clip_.name,
                       name(chain[0]));
         const std::string s = prefix(side);
@@ -365,6 +267,24 @@ private:
 
 }  // namespace
 
+namespace {
+
+/// A zero pose that faces or leans off its axes is looked at along them.
+JointMapProposal upright_proposal(const MotionClip& clip, const JointMapProposal& at_zero)
+{
+    MotionClip posed = clip;
+    const StanceJoints joints = stance_joints(clip, at_zero.map);
+    const Eigen::Vector3d trunk = stance_of(joints, clip.zero_pose_positions).trunk;
+    Eigen::Index axis = 0;
+    trunk.cwiseAbs().maxCoeff(&axis);
+    const Eigen::Vector3d up = (trunk[axis] < 0 ? -1.0 : 1.0) * Eigen::Vector3d::Unit(axis);
+    turn_clip(posed, minimal_rotation(up, Eigen::Vector3d::UnitY()));
+    if (straighten_zero_pose(posed, joints, true) == 0.0) return at_zero;
+    return Proposer(posed, false).propose();
+}
+
+}  // namespace
+
 JointMapProposal propose_joint_map(const MotionClip& clip, int reference_frame)
 {
     const auto stands = [](const MotionClip& posed, const JointMapProposal& proposal) {
@@ -374,7 +294,8 @@ JointMapProposal propose_joint_map(const MotionClip& clip, int reference_frame)
     if (reference_frame < 0) {
         try {
             at_zero = Proposer(clip, false).propose();
-            if (clip.axes_known || reference_frame == zero_pose_is_reference || stands(clip, *at_zero)) return *at_zero;
+            if (clip.axes_known || reference_frame == zero_pose_is_reference) return *at_zero;
+            if (stands(clip, *at_zero)) return upright_proposal(clip, *at_zero);
         } catch (const InputError&) {
             if (reference_frame == zero_pose_is_reference) throw;
         }

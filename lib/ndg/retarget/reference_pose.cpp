@@ -79,7 +79,8 @@ double arm_cost(const StanceJoints& joints, const Points& positions, const Stanc
     double cost = 0.0;
     for (std::size_t side = 0; side < 2; ++side) {
         if (joints.shoulders[side] < 0 || joints.elbows[side] < 0) continue;
-        const Vector3d arm = direction(place(positions, joints.elbows[side]) - place(positions, joints.shoulders[side]));
+        const Vector3d arm =
+            direction(place(positions, joints.elbows[side]) - place(positions, joints.shoulders[side]));
         cost += 0.5 * std::pow(arm.dot(front), 2);
     }
     return cost;
@@ -156,6 +157,7 @@ StanceJoints stance_joints(const MotionClip& clip, const JointMap& map)
         joints.hips[side] = joint(s + "thigh");
         joints.knees[side] = joint(s + "shin");
         joints.ankles[side] = joint(s + "foot");
+        joints.toes[side] = joint(s + "toes");
         joints.shoulders[side] = joint(s + "upper_arm");
         joints.elbows[side] = joint(s + "forearm");
         joints.wrists[side] = joint(s + "hand");
@@ -186,7 +188,8 @@ Stance stance_of(const StanceJoints& joints, const Points& positions)
         ++count;
     };
     const auto bend = [&](int from, int at, int to) {
-        return angle_between(place(positions, at) - place(positions, from), place(positions, to) - place(positions, at));
+        return angle_between(place(positions, at) - place(positions, from),
+                             place(positions, to) - place(positions, at));
     };
     for (std::size_t side = 0; side < 2; ++side) {
         const int hip = joints.hips[side], knee = joints.knees[side];
@@ -197,6 +200,16 @@ Stance stance_of(const StanceJoints& joints, const Points& positions)
     }
     add(std::abs(0.5 * M_PI - angle_between(stance.hips_left, stance.trunk)), 25);
     const Vector3d& up = stance.trunk;
+    // Both feet stand on one floor.
+    const Vector3d leg = hips - middle(positions, joints.ankles);
+    const Vector3d step = place(positions, joints.ankles[0]) - place(positions, joints.ankles[1]);
+    add(std::atan2(std::abs(step.dot(up)), leg.norm()), 8);
+    if (both(joints.toes)) {
+        const auto pitch = [&](std::size_t side) {
+            return angle_between(place(positions, joints.toes[side]) - place(positions, joints.ankles[side]), up);
+        };
+        add(std::abs(pitch(0) - pitch(1)), 25);
+    }
     add(angle_between(stance.hips_left - up * up.dot(stance.hips_left),
                       stance.shoulders_left - up * up.dot(stance.shoulders_left)),
         40);
@@ -289,9 +302,9 @@ std::vector<Eigen::Matrix3d> reference_rotations(const MotionClip& clip, const M
         rotations.push_back(other.world_from_joint[frame_idx][k]);
         const int parent = clip.parents[j], other_parent = other.parents[k];
         if (parent < 0 || other_parent < 0) continue;
-        const Eigen::RowVector3d difference =
-            clip.zero_pose_positions.row(j) - clip.zero_pose_positions.row(parent) -
-            other.zero_pose_positions.row(k) + other.zero_pose_positions.row(other_parent);
+        const Eigen::RowVector3d difference = clip.zero_pose_positions.row(j) - clip.zero_pose_positions.row(parent) -
+                                              other.zero_pose_positions.row(k) +
+                                              other.zero_pose_positions.row(other_parent);
         require_input(difference.norm() <= 0.02 * size,
                       "clip {}: the bone to \"{}\" differs from that of the reference {} at the zero pose", clip.name,
                       clip.joint_names[j], other.name);

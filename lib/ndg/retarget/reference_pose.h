@@ -14,7 +14,7 @@ namespace ndg {
 
 /// Joints of a clip that show how it stands: left, right; -1 where the map drives none.
 struct StanceJoints {
-    std::array<int, 2> hips{}, knees{}, ankles{}, shoulders{}, elbows{}, wrists{};
+    std::array<int, 2> hips{}, knees{}, ankles{}, toes{}, shoulders{}, elbows{}, wrists{};
     int head = -1;
 };
 StanceJoints stance_joints(const MotionClip& clip, const JointMap& map);
@@ -22,7 +22,8 @@ StanceJoints stance_joints(const MotionClip& clip, const JointMap& map);
 /// How a pose differs from a person who stands straight with the arms anywhere beside the body.
 struct Stance {
     /// Each angle over its allowance (knee 35 degrees, hip 45, hips across the trunk 25, shoulders against hips 40,
-    /// elbow 75, head against trunk 50): the largest, and the root mean square. Angles without joints count as none.
+    /// elbow 75, head against trunk 50; one ankle above the other, seen from the hips, 8; the pitch of one foot against
+    /// the other 25): the largest, and the root mean square. Angles without joints count as none.
     double largest = 0.0, mean = 0.0;
     /// Unit vectors of the file: from hips to shoulders (or head), from right to left hip and shoulder; the hips' where
     /// there are no shoulders.
@@ -33,7 +34,7 @@ struct Stance {
 Stance stance_of(const StanceJoints& joints, const Points& positions);
 
 /// What --reference-frame may be besides a frame.
-enum : int { find_reference_frame = -1, zero_pose_is_reference = -2, straightest_frame = -3 };
+inline constexpr int find_reference_frame = -1, zero_pose_is_reference = -2, straightest_frame = -3;
 
 struct ReferencePose {
     int frame_idx = zero_pose_is_reference;
@@ -46,9 +47,10 @@ struct ReferencePose {
     bool up_is_doubtful = false;
 };
 
-/// `frame_idx`: a frame, zero_pose_is_reference, straightest_frame (of up to 1000 evenly spaced ones the one that stands
-/// straightest along the axis most of them stand along), or find_reference_frame: the zero pose where it stands, else
-/// the straightest frame, where that is nearer to standing than the zero pose. `up`: of the file; none: found. Throws InputError naming the clip for a frame it does not have.
+/// `frame_idx`: a frame, zero_pose_is_reference, straightest_frame (of up to 1000 evenly spaced ones the one that
+/// stands straightest along the axis most of them stand along), or find_reference_frame: the zero pose where it stands,
+/// else the straightest frame, where that is nearer to standing than the zero pose. `up`: of the file; none: found.
+/// Throws InputError naming the clip for a frame it does not have.
 ReferencePose find_reference_pose(const MotionClip& clip, const StanceJoints& joints, int frame_idx,
                                   const std::optional<Axis>& up);
 

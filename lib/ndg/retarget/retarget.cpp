@@ -124,6 +124,7 @@ public:
         poses.clip_names.push_back(clip.name);
         poses.clip_frame_rates.push_back(clip.frame_rate);
         for (std::size_t k = 0; k < kept_.size(); ++k) {
+            if (!glitch[kept_[k]]) segments.add(rest_, poses_[k].parent_from_joint, kept_[k] + first_frame_);
             if (glitch[kept_[k]]) {
                 ++report.num_dropped_glitches;
             } else if (beyond_[k].num_poses > 0) {
@@ -136,7 +137,6 @@ public:
                 poses.frame_idx.push_back(frame_idx);
                 report.mean_direction_error +=
                     direction_error(transfer_, rest_, poses_[k].parent_from_joint, frame_idx);
-                segments.add(rest_, poses_[k].parent_from_joint, frame_idx);
             }
         }
         report.segment_errors = segments.errors();

@@ -16,7 +16,8 @@ constexpr double violation_angle = 3.141592653589793 / 180.0;
 /// observer's way of measuring, and rigs' joints lie elsewhere.
 constexpr double far_violation_angle = 10.0 * violation_angle;
 
-/// How far a segment of ours points elsewhere than the source's in the world, rad, over the kept poses.
+/// How far a segment of ours points elsewhere than the source's in the world, rad, over the poses kept and those left
+/// out because of a limit.
 struct SegmentError {
     std::string segment;  ///< "trunk" (hips to shoulders), "hips" and "shoulders" (right to left), "left_thigh"...
     double mean = 0.0, max = 0.0;
