@@ -42,7 +42,8 @@ inline std::vector<RigJoint> plain_rig()
     return rig;
 }
 
-inline std::vector<RigJoint> renamed(std::vector<RigJoint> rig, const std::function<std::string(const std::string&)>& name)
+inline std::vector<RigJoint> renamed(std::vector<RigJoint> rig,
+                                     const std::function<std::string(const std::string&)>& name)
 {
     for (RigJoint& joint : rig) {
         joint.name = name(joint.name);
@@ -81,7 +82,8 @@ inline MotionClip clip_of(const PoseSet& poses, const std::vector<RigJoint>& rig
         for (const RigJoint& joint : rig) world.emplace_back(motions[std::size_t(skeleton.joint(joint.ours))].linear());
         clip.world_from_joint.push_back(world);
         clip.root_positions.conservativeResize(clip.num_frames(), 3);
-        clip.root_positions.row(clip.num_frames() - 1) = 100.0 * (motions[0] * joints.row(0).transpose().eval()).transpose();
+        clip.root_positions.row(clip.num_frames() - 1) =
+            100.0 * (motions[0] * joints.row(0).transpose().eval()).transpose();
     }
     return clip;
 }
@@ -141,8 +143,8 @@ inline void write_bvh(const std::string& path, const MotionClip& clip, const std
     };
     file << "HIERARCHY\n";
     write_joint(0);
-    file << "MOTION\nFrames: " << clip.num_frames() << "\nFrame Time: "
-         << (frame_time > 0.0 ? frame_time : 1.0 / clip.frame_rate) << "\n";
+    file << "MOTION\nFrames: " << clip.num_frames()
+         << "\nFrame Time: " << (frame_time > 0.0 ? frame_time : 1.0 / clip.frame_rate) << "\n";
     for (int f = 0; f < clip.num_frames(); ++f) {
         const auto world = [&](int j) {
             return Eigen::Matrix3d(clip.world_from_joint[std::size_t(f)][std::size_t(j)] * frames[std::size_t(j)]);

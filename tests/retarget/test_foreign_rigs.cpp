@@ -193,7 +193,8 @@ TEST_CASE("a reference frame is taken where it is asked for, also from another f
     options.conventions.reference_frame = 100000;
     CHECK_THROWS_WITH(import(files, options), Contains("the reference frame is 100000"));
     options.conventions.reference_frame = 0;
-    const MotionClip other = built_in_clip("squat", renamed(plain_rig(), [](const std::string& name) { return name + "X"; }));
+    const MotionClip other =
+        built_in_clip("squat", renamed(plain_rig(), [](const std::string& name) { return name + "X"; }));
     write_bvh(folder.file("other.bvh"), other, own_frames(other));
     files.reference = folder.file("other.bvh");
     CHECK_THROWS_WITH(import(files, options), Contains("the reference has no joint"));
@@ -215,7 +216,8 @@ TEST_CASE("proposals for rigs with any zero pose name the bones that the names a
             const JointMapProposal proposal = propose_joint_map(read);
             INFO(zero.name << (with_names ? "" : ", no names"));
             for (const RigJoint& joint : plain_rig()) {
-                if (joint.ours.find("spine") != std::string::npos || joint.ours.find("neck") != std::string::npos) continue;
+                if (joint.ours.find("spine") != std::string::npos || joint.ours.find("neck") != std::string::npos)
+                    continue;
                 const JointMapEntry* entry = proposal.map.find(joint.ours);
                 INFO(joint.ours);
                 REQUIRE(entry != nullptr);

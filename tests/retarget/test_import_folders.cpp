@@ -33,8 +33,8 @@ Run import(const std::vector<std::string>& motions, const MotionImportOptions& o
     files.complete();
     files.joint_map = joint_map;
     Run run;
-    run.imported = import_motions(files, options, human_joints(),
-                                  [&](const std::string& line) { run.told += line + "\n"; });
+    run.imported =
+        import_motions(files, options, human_joints(), [&](const std::string& line) { run.told += line + "\n"; });
     return run;
 }
 

@@ -114,7 +114,8 @@ TEST_CASE("of several maps that fit the most specific one is taken")
         for (const std::string& name : names) maps.push_back(read_joint_map(folder.file(name)));
         return maps;
     };
-    for (const auto& names : std::vector<std::vector<std::string>>{{"a.json", "b.json", "c.json"}, {"c.json", "b.json", "a.json"}})
+    for (const auto& names :
+         std::vector<std::vector<std::string>>{{"a.json", "b.json", "c.json"}, {"c.json", "b.json", "a.json"}})
         CHECK(find_joint_map(read(names), clip)->path == folder.file("c.json"));
     CHECK(find_joint_map(read({"a.json", "b.json"}), clip)->path == folder.file("b.json"));
     std::vector<JointMap> twice = read({"b.json", "b.json", "a.json"});

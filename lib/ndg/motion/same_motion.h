@@ -14,7 +14,9 @@ struct PoseRange {
 
 /// How two motions are compared.
 struct SameMotionOptions {
-    double angle = 1e-3;    ///< rad: mean difference of rotations of root, limbs (without hands and feet) up to this
+    /// rad: mean difference of the directions of arms and legs, seen from the root, and of the root's turn since the
+    /// first pose, up to this. Twists, and where the motion faces, are a rig's own affair.
+    double angle = 1e-3;
     double way = 1e-3;      ///< m: mean difference of the root's place from that of the first pose
     int largest_shift = 0;  ///< poses by which one may begin later (and one may be longer by)
     int least_poses = 1;    ///< shorter motions are never the same

@@ -22,8 +22,8 @@ struct Role {
 const std::vector<Role>& arm_roles();
 const std::vector<Role>& leg_roles();
 
-/// The joint of a chain for each role, in their order along it, -1 where one that is optional stays open; empty where one
-/// that is not finds none. `places`: of the joints of the chain, as Role::place. Names count more than places.
+/// The joint of a chain for each role, in their order along it, -1 where one that is optional stays open; empty where
+/// one that is not finds none. `places`: of the joints of the chain, as Role::place. Names count more than places.
 std::vector<int> find_roles(const std::vector<Role>& roles, const std::vector<int>& chain,
                             const std::vector<double>& places, const std::vector<JointName>& names);
 
