@@ -38,7 +38,7 @@ Run import(const std::vector<std::string>& motions, const MotionImportOptions& o
     return run;
 }
 
-MotionClip walk(double frame_rate = 10.0)
+MotionClip walk(double frame_rate = 0.0)
 {
     return built_in_clip("walk", plain_rig(), frame_rate);
 }
