@@ -70,12 +70,14 @@ int main(int argc, char** argv)
     AnimationOutputs outputs;
     MotionDisplay display;
     std::string flag = "gradient-skinning", name, licences;
+    std::vector<std::string> failures;
     inputs.add_files(tool, [&](const Template& body_template) {
         require_input(!motions.motions.empty(), "give --motion or --poses");
         motions.complete();
         ImportedMotions imported = import_motions(motions, import_options, body_template.rest.joint_positions,
                                                   [](const std::string& line) { fmt::print("{}\n", line); });
         licences = imported.licences;
+        failures = imported.failures;
         for (Pose& pose : imported.poses.poses) pose = as_stored(pose);
         return std::move(imported.poses);
     });
@@ -114,5 +116,8 @@ int main(int argc, char** argv)
         fmt::print("{} samples of split {} deformed by {}\n", inputs.samples.size(), inputs.split, name);
         if (display.wanted())
             display.write(inputs, open_deformations(outputs.deformations), *deformer, credits_of(provenance));
+        if (!failures.empty())
+            throw QualityError(
+                fmt::format("{} motions could not be read: {}", failures.size(), fmt::join(failures, "; ")));
     });
 }

@@ -37,5 +37,6 @@ int main(int argc, char** argv)
             int(imported.reports.size()) + imported.num_own + imported.num_copies + imported.num_unmapped;
         fmt::print("{}: {} poses of {} motions; {} were copies of takes read before, {} had no joint map\n",
                    output_path, imported.poses.size(), num_motions, imported.num_copies, imported.num_unmapped);
+        imported.check();
     });
 }

@@ -5,11 +5,12 @@
 #include "ndg/core/file.h"
 #include "ndg/core/random.h"
 #include "ndg/core/tool.h"
+#include "ndg/motion/join_poses.h"
 #include "ndg/motion/pose_sampling.h"
 #include "ndg/motion/pose_splicing.h"
 #include "ndg/motion/range_of_motion.h"
 
-#include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <optional>
 #include <set>
@@ -18,14 +19,15 @@ using namespace ndg;
 
 int main(int argc, char** argv)
 {
-    std::string poses_path, template_path, limits_path, output_path, ranges_path;
+    std::vector<std::string> poses_paths;
+    std::string template_path, limits_path, output_path, ranges_path;
     int count = 150, first = -1, spliced = 0;
     bool remove_root = true, all_joints = false;
 
     Tool tool("sample-poses", "Keeps the farthest-point subset of poses, in the order they were picked.",
               "sample-poses --poses poses.h5 --count 150 --output sampled.h5 --template template.h5 "
               "--joint-limits configs/joint-limits.json --range-of-motion ranges.json");
-    tool.input("poses", poses_path, "poses to choose from");
+    tool.input("poses", poses_paths, "poses to choose from; several files are joined");
     tool.input("template", template_path,
                "template the poses are of; not needed with --all-joints and without --spliced and --range-of-motion",
                false);
@@ -33,7 +35,7 @@ int main(int argc, char** argv)
     tool.output("output", output_path, "sampled poses to write, with the covering radius after each");
     tool.output("range-of-motion", ranges_path, "how far each joint goes in the sampled poses, JSON; also printed",
                 false);
-    tool.parameter("count", count, "poses to keep", 1, 10000000);
+    tool.parameter("count", count, "poses to keep; 0: all, in the files' order", 0, 10000000);
     tool.parameter("first", first, "pose to start from, -1: drawn with the seed", -1, 100000000);
     tool.parameter("all-joints", all_joints,
                    "distance over all joints; otherwise over those that move flesh (no fingers, jaw, eyes)");
@@ -45,16 +47,26 @@ int main(int argc, char** argv)
 
     return tool.run(argc, argv, [&] {
         require_input(ranges_path.empty() || !template_path.empty(), "--range-of-motion needs --template");
-        require_input(all_joints || !template_path.empty(),
+        require_input(all_joints || count == 0 || !template_path.empty(),
                       "which joints move flesh is the template's to tell: give --template, or --all-joints");
         require_input(spliced == 0 || !template_path.empty(), "--spliced needs --template");
         std::optional<Template> body_template;
         if (!template_path.empty()) body_template = read_template(template_path);
-        PoseSet poses = read_poses(poses_path);
+        std::vector<PoseSet> sets;
+        for (const std::string& path : poses_paths) sets.push_back(read_poses(path));
+        PoseSet poses = join_poses(sets);
+        const std::string poses_path = fmt::format("{}", fmt::join(poses_paths, ", "));
         require_input(count <= poses.size(), "{}: has {} poses, --count asks for {}", poses_path, poses.size(), count);
         require_input(first < poses.size(), "{}: has {} poses, --first is {}", poses_path, poses.size(), first);
         if (remove_root) {
             for (Pose& pose : poses.poses) remove_root_motion(pose);
+        }
+        if (count == 0) {
+            require_input(spliced == 0 && ranges_path.empty(),
+                          "--count 0 keeps all poses: --spliced and --range-of-motion need a count");
+            write_poses(output_path, poses, tool.provenance());
+            fmt::print("{}: all {} poses of {} clips\n", output_path, poses.size(), poses.clip_names.size());
+            return;
         }
         if (first < 0) {
             Random random(tool.seed(), "first pose");

@@ -222,3 +222,26 @@ TEST_CASE("the same take as ASF/AMC and as BVH gives the same motion", "[data]")
         CHECK(largest_distance < 2e-4);  // file units of 5.6 cm
     }
 }
+
+TEST_CASE("an AMC says its rate, an ASF names its skins")
+{
+    const Files files;
+    const auto read = [&](const std::string& skeleton, const std::string& motion) {
+        std::ofstream(files.folder.file("s.asf")) << skeleton;
+        std::ofstream(files.folder.file("take.amc")) << motion;
+        return read_asf_amc(files.folder.file("s.asf"), files.folder.file("take.amc"));
+    };
+    MotionClip clip = read(asf, amc);
+    CHECK(clip.frame_rate == 120.0);
+    CHECK(clip.frame_rate_assumed);
+    for (const std::string line : {":SAMPLES-PER-SECOND 60", ":samples-per-second\t60.0"}) {
+        clip = read(asf + ":skin\n body.obj\n\n another one.obj\n", replaced(amc, ":DEGREES", line + "\n:DEGREES"));
+        CHECK(clip.frame_rate == 60.0);
+        CHECK_FALSE(clip.frame_rate_assumed);
+        CHECK(clip.num_frames() == 2);
+        CHECK(clip.num_joints() == 3);
+    }
+    for (const std::string line : {":SAMPLES-PER-SECOND", ":SAMPLES-PER-SECOND 0", ":SAMPLES-PER-SECOND often"})
+        CHECK_THROWS_AS(read(asf, replaced(amc, ":DEGREES", line + "\n:DEGREES")), InputError);
+    CHECK_THROWS_WITH(read(replaced(asf, ":hierarchy", ":hair"), amc), Contains("unknown section ':hair'"));
+}

@@ -43,7 +43,7 @@ TEST_CASE("Joint maps and limits of the project are found from where the program
     CHECK(same(files.joint_maps, "joint-maps"));
     CHECK(same(files.joint_limits, "joint-limits.json"));
     files = MotionFiles();
-    files.joint_map = "own.json";
+    files.joint_map = {"own.json"};
     files.complete();
     CHECK(files.joint_maps.empty());
 }

@@ -46,7 +46,13 @@ MotionClip make_rig(const std::string& name, const Rows& rows)
         }
         const auto row = static_cast<Eigen::Index>(j);
         if (count > 0) clip.zero_pose_tips.row(row) = sum / count;
-        if (count == 0) clip.zero_pose_tips.row(row) += Eigen::RowVector3d(0, rows[j][2] == "head" ? 0.2 : 0, 0.04);
+        if (count > 0) continue;
+        // Hands go on as the forearm does.
+        const int parent = clip.parents[j];
+        const Eigen::RowVector3d before = clip.zero_pose_positions.row(row) - clip.zero_pose_positions.row(parent);
+        clip.zero_pose_tips.row(row) += rows[j][2].find("hand") != std::string::npos
+                                            ? Eigen::RowVector3d(0.3 * before)
+                                            : Eigen::RowVector3d(0, rows[j][2] == "head" ? 0.2 : 0, 0.04);
     }
     clip.frame_rate = 30;
     clip.root_positions = Points::Zero(1, 3);
@@ -180,11 +186,11 @@ Agreement compare(const JointMap& written, const JointMap& proposed)
     return result;
 }
 
-const JointMap& map_for(const std::vector<JointMap>& maps, const MotionClip& clip)
+JointMap map_for(const std::vector<JointMap>& maps, const MotionClip& clip)
 {
-    const JointMap* map = find_joint_map(maps, clip);
+    const std::optional<JointMap> map = find_joint_map(maps, clip);
     INFO(clip.name);
-    REQUIRE(map != nullptr);
+    REQUIRE(map);
     return *map;
 }
 
@@ -328,7 +334,7 @@ TEST_CASE("every rig of the data has one map, and proposals agree with it", "[da
     const std::vector<JointMap> maps = read_joint_maps(config_path("joint-maps"));
     int agree = 0, total = 0;
     for (const MotionClip& clip : data_rigs()) {
-        const JointMap& map = map_for(maps, clip);
+        const JointMap map = map_for(maps, clip);
         const JointMapProposal proposal = propose_joint_map(clip);
         CHECK(missing_source_joint(proposal.map, clip).empty());
         const Agreement agreement = compare(map, proposal.map);

@@ -23,8 +23,8 @@ namespace {
 PoseSet every_frame(const MotionClip& clip)
 {
     const std::vector<JointMap> all = read_joint_maps(config_path("joint-maps"));
-    const JointMap* map = find_joint_map(all, clip);
-    REQUIRE(map != nullptr);
+    const std::optional<JointMap> map = find_joint_map(all, clip);
+    REQUIRE(map);
     RetargetOptions options;
     options.frame_rate = 0.0;
     options.max_joint_speed = 1e9;

@@ -29,8 +29,8 @@ Import import_file(const std::string& path, double frame_rate)
 {
     const MotionClip clip = read_motion(find_motion_files({path}).at(0));
     const std::vector<JointMap> all = read_joint_maps(config_path("joint-maps"));
-    const JointMap* map = find_joint_map(all, clip);
-    REQUIRE(map != nullptr);
+    const std::optional<JointMap> map = find_joint_map(all, clip);
+    REQUIRE(map);
     RetargetOptions options;
     options.frame_rate = frame_rate;
     Import result;
@@ -126,7 +126,7 @@ TEST_CASE("the artificial T pose of the BVH conversion comes out symmetric", "[d
     if (data.empty()) return;
     const MotionClip clip = read_bvh(data + "/motion/cmu_bvh/02_01.bvh");
     const std::vector<JointMap> all = read_joint_maps(config_path("joint-maps"));
-    JointMap map = *find_joint_map(all, clip);
+    JointMap map = find_joint_map(all, clip).value();
     CHECK(map.skip_first_frames == 1);
     map.skip_first_frames = 0;
     RetargetReport report;
@@ -194,19 +194,21 @@ TEST_CASE("motion files are found and told apart", "[data]")
     CHECK_THROWS_WITH(find_motion_files({folder.file("b/notes.txt")}), Contains("notes.txt"));
     CHECK_THROWS_WITH(find_motion_files({folder.file("c")}), Contains("does not exist"));
     fs::remove(folder.file("a/only.asf"));
-    CHECK_THROWS_WITH(find_motion_files({folder.path()}), Contains("y.AMC: there is no .asf"));
+    const std::string why = "y.AMC: there is no .asf";
+    CHECK_THAT(find_motion_files({folder.path()})[1].error, Contains(why));
+    CHECK_THROWS_WITH(find_motion_files({folder.file("a/y.AMC")}), Contains(why));
     std::ofstream(folder.file("a/one.asf")) << "x";
     std::ofstream(folder.file("a/two.asf")) << "x";
-    CHECK_THROWS_WITH(find_motion_files({folder.path()}), Contains("begins like none of the 2 .asf"));
+    CHECK_THAT(find_motion_files({folder.path()})[1].error, Contains("begins like none of the 2 .asf"));
+}
 
-    MotionClip clip;
-    clip.name = "walk";
-    clip.frame_rate = 120.0;
-    clip.world_from_joint.resize(300);
+TEST_CASE("clips take as much of their path as tells them apart")
+{
     ClipNames names;
-    CHECK(names.add(clip, "s1/walk.amc") == "walk");
-    clip.world_from_joint.resize(301);
-    CHECK(names.add(clip, "s1/walk.bvh").empty());
-    clip.world_from_joint.resize(500);
-    CHECK(names.add(clip, "s2/walk.bvh") == "s2/walk");
+    CHECK(names.add("a/s1/walk.bvh") == "walk");
+    CHECK(names.add("a/s2/walk.bvh") == "s2/walk");
+    CHECK(names.add("b/s2/walk.bvh") == "b/s2/walk");
+    CHECK(names.add("a/s1/run.bvh") == "run");
+    CHECK(names.add("/walk.bvh") == "walk.bvh");
+    CHECK(names.add("/walk.bvh") == "walk.bvh 2");
 }

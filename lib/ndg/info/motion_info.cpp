@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <optional>
 
 namespace ndg {
 namespace {
@@ -21,12 +22,13 @@ void add_joint_map(MotionClip clip, FileReport& report)
     const std::string folder = installed_path("joint-maps");
     if (folder.empty()) return;
     const std::vector<JointMap> maps = read_joint_maps(folder);
-    const JointMap* const map = find_joint_map(maps, clip);
-    if (map == nullptr) return report.add("joint map", "none fits; propose-joint-map makes one");
+    const std::optional<JointMap> map = find_joint_map(maps, clip);
+    if (!map)
+        return report.add("joint map", "none fits ({}); propose-joint-map makes one", nearest_joint_map(maps, clip));
     report.add("joint map", "{}: drives {} of our joints", fs::path(map->path).filename().string(),
                map->entries.size());
     const ClipConventions found = apply_conventions(clip, *map, ConventionOptions());
-    report.add("axes", "up {}, front {} ({})", found.up, found.front, found.axes_from);
+    report.add("axes", "up {}, front {} ({}); reference: {}", found.up, found.front, found.axes_from, found.reference);
     report.add("unit", "{:.4g} m ({}), the performer about {:.2f} m tall", found.metres_per_unit, found.unit_from,
                found.performer_stature);
 }

@@ -201,8 +201,9 @@ AcclaimSkeleton read_asf(const std::string& path)
         if (words[0][0] == '#') continue;
         if (words[0][0] == ':') {
             section = lower(words[0]);
-            static const std::vector<std::string> known = {":version", ":name",     ":units",    ":documentation",
-                                                           ":root",    ":bonedata", ":hierarchy"};
+            // What follows ":skin" (files of skins) is read over.
+            static const std::vector<std::string> known = {":version", ":name",     ":units",     ":documentation",
+                                                           ":root",    ":bonedata", ":hierarchy", ":skin"};
             if (std::find(known.begin(), known.end(), section) == known.end()) {
                 text.fail(fmt::format("unknown section '{}'", words[0]));
             }
@@ -258,7 +259,7 @@ public:
         for (Words words = text_.next_line(); !words.empty(); words = text_.next_line()) {
             if (words[0][0] == '#') continue;
             if (words[0][0] == ':') {
-                read_directive(lower(words[0]));
+                read_directive(words);
             } else if (words.size() == 1 && std::isdigit(static_cast<unsigned char>(words[0][0]))) {
                 begin_frame(text_.number(words[0], "frame number"));
             } else {
@@ -271,11 +272,18 @@ public:
     }
 
     double radians_per_unit() const { return radians_per_unit_; }
+    /// 0 where the file does not say.
+    double frame_rate() const { return frame_rate_; }
 
 private:
-    void read_directive(const std::string& directive)
+    void read_directive(const Words& words)
     {
-        if (directive == ":degrees")
+        const std::string directive = lower(words[0]);
+        if (directive == ":samples-per-second") {
+            need_words(text_, words, 2);
+            frame_rate_ = text_.number(words[1], "the number of samples per second");
+            if (!(frame_rate_ > 0)) text_.fail(fmt::format("the number of samples per second is {}", words[1]));
+        } else if (directive == ":degrees")
             radians_per_unit_ = radians_per_degree;
         else if (directive == ":radians")
             radians_per_unit_ = 1.0;
@@ -325,7 +333,7 @@ private:
     const AcclaimSkeleton& skeleton_;
     MotionText text_;
     double radians_per_unit_;
-    double number_ = 0;
+    double number_ = 0, frame_rate_ = 0;
     std::vector<FrameValues> frames_;
 };
 
@@ -374,8 +382,8 @@ MotionClip read_asf_amc(const std::string& asf_path, const std::string& amc_path
 
     MotionClip clip;
     clip.name = file_stem(amc_path);
-    clip.frame_rate = assumed_frame_rate;
-    clip.frame_rate_assumed = true;
+    clip.frame_rate_assumed = reader.frame_rate() <= 0;
+    clip.frame_rate = clip.frame_rate_assumed ? assumed_frame_rate : reader.frame_rate();
     clip.metres_per_unit = metres_per_inch / skeleton.length_unit;
     set_skeleton(skeleton, order, clip);
 

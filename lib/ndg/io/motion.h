@@ -18,7 +18,7 @@ struct MotionClip {
     Points zero_pose_positions;            ///< J x 3, joint positions at the zero pose, root at origin
     Points zero_pose_tips;                 ///< J x 3, end of each joint's bone at the zero pose
     double frame_rate = 0.0;               ///< frames a second
-    bool frame_rate_assumed = false;       ///< true where the file does not store it (AMC: 120)
+    bool frame_rate_assumed = false;       ///< true where the file does not store it (most AMC: 120)
     std::vector<std::vector<Eigen::Matrix3d>> world_from_joint;  ///< frames x J rotations; identity at the zero pose
     Points root_positions;                                       ///< frames x 3
     double metres_per_unit = 0.0;                                ///< from the file (ASF); 0 where the file does not say
@@ -44,7 +44,8 @@ MotionClip read_bvh(const std::string& path);
 
 /// Acclaim skeleton and motion. A bone of the file is a joint here: its position is the bone's start, its tip the
 /// bone's end; the local rotation is C Rz Ry Rx C^-1 with C the bone's axis frame (axis order XYZ; others likewise).
-/// The frame rate is not in the file; 120 Hz is assumed. Throws InputError as read_bvh does.
+/// The frame rate is that of :SAMPLES-PER-SECOND in the AMC; without it 120 Hz is assumed. Throws InputError as
+/// read_bvh does.
 MotionClip read_asf_amc(const std::string& asf_path, const std::string& amc_path);
 
 /// DeepMimic: a character's skeleton (JSON, metres) and a clip of it (JSON text; a row is a duration, the root's

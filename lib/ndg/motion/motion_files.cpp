@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <cctype>
-#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <optional>
@@ -24,19 +23,19 @@ std::string extension(const fs::path& path)
     return text;
 }
 
+bool is_hidden(const fs::path& path)
+{
+    const std::string name = path.filename().string();
+    return !name.empty() && name[0] == '.';
+}
+
 /// Files of a folder, sorted; throws InputError where it cannot be listed.
-std::vector<fs::path> list_folder(const fs::path& folder, bool recursively)
+std::vector<fs::path> list_folder(const fs::path& folder)
 {
     std::vector<fs::path> files;
     try {
-        if (recursively) {
-            for (const auto& entry : fs::recursive_directory_iterator(folder)) {
-                if (entry.is_regular_file()) files.push_back(entry.path());
-            }
-        } else {
-            for (const auto& entry : fs::directory_iterator(folder)) {
-                if (entry.is_regular_file()) files.push_back(entry.path());
-            }
+        for (const auto& entry : fs::directory_iterator(folder)) {
+            if (!is_hidden(entry.path()) && entry.is_regular_file()) files.push_back(entry.path());
         }
     } catch (const fs::filesystem_error& error) {
         throw InputError(fmt::format("{}: cannot be listed: {}", folder.string(), error.code().message()));
@@ -44,6 +43,78 @@ std::vector<fs::path> list_folder(const fs::path& folder, bool recursively)
     std::sort(files.begin(), files.end());
     return files;
 }
+
+/// All files below a folder, links followed: first what lies there itself, then what links lead to.
+class FolderWalk {
+public:
+    explicit FolderWalk(const fs::path& folder)
+    {
+        walk(folder);
+        while (!links_.empty()) {
+            const std::vector<fs::path> links = std::move(links_);
+            links_.clear();
+            for (const fs::path& link : links) follow(link);
+        }
+        std::sort(files.begin(), files.end());
+    }
+
+    std::vector<fs::path> files;
+    std::vector<MotionFile> others;  ///< links that lead nowhere new, folders that cannot be listed
+
+private:
+    void walk(const fs::path& folder)
+    {
+        std::error_code error;
+        if (!known_.insert(fs::canonical(folder, error).string()).second) return;
+        std::vector<fs::path> entries;
+        fs::directory_iterator next(folder, error);
+        for (; !error && next != fs::directory_iterator(); next.increment(error)) entries.push_back(next->path());
+        if (error) {
+            MotionFile file;
+            file.path = folder.string();
+            file.from_folder = true;
+            file.error = fmt::format("{}: cannot be listed: {}", folder.string(), error.message());
+            others.push_back(file);
+            return;
+        }
+        std::sort(entries.begin(), entries.end());
+        for (const fs::path& entry : entries) {
+            if (is_hidden(entry)) continue;
+            if (fs::is_symlink(entry, error)) {
+                links_.push_back(entry);
+            } else if (fs::is_directory(entry, error)) {
+                walk(entry);
+            } else if (fs::is_regular_file(entry, error)) {
+                known_.insert(fs::canonical(entry, error).string());
+                files.push_back(entry);
+            }
+        }
+    }
+
+    void follow(const fs::path& link)
+    {
+        std::error_code error;
+        const std::string target = fs::canonical(link, error).string();
+        if (error || !fs::exists(target, error)) return skip(link, "a link that leads nowhere");
+        if (known_.count(target) > 0) return skip(link, "a link to what is read already");
+        if (fs::is_directory(target, error)) return walk(link);
+        if (!fs::is_regular_file(target, error)) return;
+        known_.insert(target);
+        files.push_back(link);
+    }
+
+    void skip(const fs::path& path, const std::string& reason)
+    {
+        MotionFile file;
+        file.path = path.string();
+        file.from_folder = true;
+        file.skip_reason = reason;
+        others.push_back(file);
+    }
+
+    std::set<std::string> known_;
+    std::vector<fs::path> links_;
+};
 
 const std::string character_ending = "_character";
 
@@ -66,7 +137,7 @@ std::string find_skeleton(const fs::path& motion, const std::string& kind, const
 {
     const fs::path folder = motion.parent_path().empty() ? fs::path(".") : motion.parent_path();
     std::vector<fs::path> skeletons, named;
-    for (const fs::path& file : list_folder(folder, false)) {
+    for (const fs::path& file : list_folder(folder)) {
         const std::optional<std::string> name = skeleton_name(file);
         if (!name || extension(file) != kind) continue;
         skeletons.push_back(file);
@@ -115,6 +186,19 @@ MotionFile classify(const fs::path& path, bool from_folder)
     return file;
 }
 
+MotionFile classify_found(const fs::path& path)
+{
+    try {
+        return classify(path, true);
+    } catch (const InputError& error) {
+        MotionFile file;
+        file.path = path.string();
+        file.from_folder = true;
+        file.error = error.what();
+        return file;
+    }
+}
+
 }  // namespace
 
 std::vector<MotionFile> find_motion_files(const std::vector<std::string>& paths)
@@ -126,9 +210,11 @@ std::vector<MotionFile> find_motion_files(const std::vector<std::string>& paths)
             files.push_back(classify(path, false));
             continue;
         }
-        for (const fs::path& file : list_folder(path, true)) {
-            if (!skeleton_name(file)) files.push_back(classify(file, true));
+        const FolderWalk walk(path);
+        for (const fs::path& file : walk.files) {
+            if (!skeleton_name(file)) files.push_back(classify_found(file));
         }
+        files.insert(files.end(), walk.others.begin(), walk.others.end());
     }
     return files;
 }
@@ -142,19 +228,19 @@ MotionClip read_motion(const MotionFile& file)
     return read_bvh(file.path);
 }
 
-std::string ClipNames::add(const MotionClip& clip, const std::string& path)
+std::string ClipNames::add(const std::string& path)
 {
-    const double seconds = clip.num_frames() / clip.frame_rate;
-    std::string name = clip.name;
-    for (const Known& other : known_) {
-        if (other.stem != clip.name) continue;
-        if (std::abs(other.seconds - seconds) <= 2.0 / clip.frame_rate) return "";
-        name = fs::path(path).parent_path().filename().string() + "/" + clip.name;
+    const fs::path file = fs::absolute(path).lexically_normal();
+    std::string name = file.stem().string();
+    fs::path above = file.parent_path();
+    while (known_.count(name) > 0 && above.has_relative_path()) {
+        name = above.filename().string() + "/" + name;
+        above = above.parent_path();
     }
-    for (const Known& other : known_) {
-        require_input(other.name != name, "{}: a clip of the name {} has been read already, rename one", path, name);
-    }
-    known_.push_back({clip.name, name, seconds});
+    if (known_.count(name) > 0) name += file.extension().string();
+    const std::string with_extension = name;
+    for (int k = 2; known_.count(name) > 0; ++k) name = fmt::format("{} {}", with_extension, k);
+    known_.insert(name);
     return name;
 }
 

@@ -155,16 +155,4 @@ std::vector<JointMap> read_joint_maps(const std::string& folder)
     return maps;
 }
 
-const JointMap* find_joint_map(const std::vector<JointMap>& maps, const MotionClip& clip)
-{
-    const JointMap* found = nullptr;
-    for (const JointMap& map : maps) {
-        if (!missing_source_joint(map, clip).empty()) continue;
-        require_input(found == nullptr, "clip {}: the joint maps {} and {} both fit, name one", clip.name,
-                      found ? found->path : "", map.path);
-        found = &map;
-    }
-    return found;
-}
-
 }  // namespace ndg

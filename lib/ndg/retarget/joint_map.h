@@ -4,6 +4,7 @@
 
 #include "ndg/io/motion.h"
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -54,7 +55,22 @@ std::string joint_map_json(const JointMap& map, const std::string& description);
 /// Name of a source joint the map needs and the clip lacks, "no JOINT" for one it must not have; "" where the map fits.
 std::string missing_source_joint(const JointMap& map, const MotionClip& clip);
 
-/// The map whose source joints the clip all has; nullptr where none fits. Throws InputError where several fit.
-const JointMap* find_joint_map(const std::vector<JointMap>& maps, const MotionClip& clip);
+/// A map in a clip's own names of joints.
+struct JointMapFit {
+    JointMap map;  ///< what the clip need not have and lacks is left out: toes, fingers, jaw, eyes and bones to them
+    std::vector<std::string> missing;  ///< joints the clip lacks ("no JOINT": must not have); empty: the map fits
+    int num_joints = 0;                ///< joints of the clip that the map names
+    int num_literal = 0;               ///< of them those of the very same name
+};
+/// Names are the same where they are so to the letter, else where their keys are (joint_name_keys): prefixes and
+/// namespaces of a rig do not matter.
+JointMapFit fit_joint_map(const JointMap& map, const MotionClip& clip);
+
+/// Of the maps that fit the one that names most joints of the clip, of these the one that names most to the letter, in
+/// the clip's names; none where none fits. Throws InputError where two are equal in both.
+std::optional<JointMap> find_joint_map(const std::vector<JointMap>& maps, const MotionClip& clip);
+
+/// Which map comes nearest and what lacks, for messages: `FILE lacks "A", "B" and 3 more`.
+std::string nearest_joint_map(const std::vector<JointMap>& maps, const MotionClip& clip);
 
 }  // namespace ndg

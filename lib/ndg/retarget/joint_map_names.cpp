@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <map>
 #include <set>
 
 namespace ndg {
@@ -51,6 +52,12 @@ std::string without_namespace(const std::string& name)
 {
     const std::size_t colon = name.rfind(':');
     return colon == std::string::npos ? name : name.substr(colon + 1);
+}
+
+std::string without_zeros(const std::string& number)
+{
+    const std::size_t first = number.find_first_not_of('0');
+    return first == std::string::npos ? "0" : number.substr(first);
 }
 
 /// The name of the other side if the letter at `i` stands for a side.
@@ -104,6 +111,7 @@ std::vector<JointName> parse_joint_names(const std::vector<std::string>& names)
         }
         for (const std::string& word : split(name)) {
             if (word == "left" || word == "right") continue;
+            parsed.parts.push_back(is_digit(word[0]) ? without_zeros(word) : word);
             if (is_digit(word[0])) {
                 parsed.numbers.push_back(word.size() < 6 ? std::stoi(word) : 0);
             } else {
@@ -114,6 +122,41 @@ std::vector<JointName> parse_joint_names(const std::vector<std::string>& names)
         result.push_back(parsed);
     }
     return result;
+}
+
+std::vector<std::string> joint_name_keys(const std::vector<std::string>& names)
+{
+    constexpr double most = 0.8;
+    std::vector<JointName> parsed = parse_joint_names(names);
+    // A word must be left: what has numbers alone has no name.
+    const auto has_prefix = [](const JointName& name) {
+        return name.parts.size() > 1 && std::any_of(name.parts.begin() + 1, name.parts.end(),
+                                                    [](const std::string& part) { return !is_digit(part[0]); });
+    };
+    while (true) {
+        std::map<std::string, int> first;
+        for (const JointName& name : parsed) {
+            if (has_prefix(name)) ++first[name.parts.front()];
+        }
+        const auto common = std::max_element(first.begin(), first.end(),
+                                             [](const auto& a, const auto& b) { return a.second < b.second; });
+        if (common == first.end() || common->second < most * static_cast<double>(parsed.size())) break;
+        const std::string prefix = common->first;
+        for (JointName& name : parsed) {
+            if (has_prefix(name) && name.parts.front() == prefix) name.parts.erase(name.parts.begin());
+        }
+    }
+    std::vector<std::string> keys;
+    for (const JointName& name : parsed) {
+        std::string key = name.side == Side::none ? "" : name.side == Side::left ? "l " : "r ";
+        for (std::size_t k = 0; k < name.parts.size(); ++k) {
+            // Two numbers side by side would read as another one.
+            const bool numbers = k > 0 && is_digit(name.parts[k][0]) && is_digit(name.parts[k - 1][0]);
+            key += (numbers ? " " : "") + name.parts[k];
+        }
+        keys.push_back(key);
+    }
+    return keys;
 }
 
 }  // namespace ndg

@@ -2,11 +2,14 @@
 #include "ndg/retarget/joint_map_proposal.h"
 
 #include "ndg/core/error.h"
+#include "ndg/geometry/rotation.h"
 #include "ndg/retarget/joint_map_names.h"
+#include "ndg/retarget/joint_map_roles.h"
 #include "ndg/retarget/joint_map_topology.h"
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 namespace ndg {
 
@@ -14,109 +17,16 @@ namespace {
 
 constexpr double degree = M_PI / 180.0;
 
-/// A joint of ours to be found along a limb.
-struct Role {
-    std::string joint;  ///< without side
-    /// Arms: distance from the plane of symmetry along the arm; legs: height of the standing body; shares of stature
-    /// (Drillis and Contini 1966).
-    double place;
-    std::vector<std::string> words, weak_words, foreign_words;
-    bool optional = false;
-};
-
-const std::vector<Role>& arm_roles()
-{
-    static const std::vector<Role> roles = {
-        {"clavicle", 0.03, {"clavicle", "collar"}, {"shoulder"}, {"arm"}, true},
-        {"upper_arm",
-         0.129,
-         {"upperarm", "uparm", "humerus", "shldr"},
-         {"shoulder", "arm"},
-         {"fore", "lower", "elbow"}},
-        {"forearm", 0.315, {"forearm", "lowerarm", "lowarm", "loarm", "elbow", "radius", "ulna"}, {"arm"}, {"up"}},
-        {"hand", 0.461, {"hand", "wrist"}, {}, {"arm"}, true}};
-    return roles;
-}
-
-const std::vector<Role>& leg_roles()
-{
-    static const std::vector<Role> roles = {
-        {"thigh", 0.53, {"thigh", "upleg", "upperleg", "femur"}, {"hip", "leg"}, {"low", "buttock", "knee"}},
-        {"shin",
-         0.285,
-         {"shin", "calf", "knee", "lowerleg", "lowleg", "loleg", "tibia"},
-         {"leg"},
-         {"up", "thigh", "hip"}},
-        {"foot", 0.045, {"foot", "ankle"}, {}, {"leg"}},
-        {"toes", 0.01, {"toe", "ball"}, {}, {}, true}};
-    return roles;
-}
-
-double name_score(const Role& role, const JointName& name)
-{
-    for (const char* word :
-         {"finger", "thumb", "index", "pinky", "metacarpal", "twist", "roll", "end", "nub", "site"}) {
-        if (name.has(word)) return -4.0;
-    }
-    const auto has = [&](const std::string& word) { return name.has(word); };
-    if (std::any_of(role.words.begin(), role.words.end(), has)) return 3.0;
-    if (std::any_of(role.foreign_words.begin(), role.foreign_words.end(), has)) return -3.0;
-    if (std::any_of(role.weak_words.begin(), role.weak_words.end(), has)) return 1.0;
-    return 0.0;
-}
-
-/// The best assignment of roles to joints of a chain in their order, all combinations tried; -1 where a role stays
-/// open. Names count more than places, the first of equals wins.
-class RoleFinder {
-public:
-    RoleFinder(const std::vector<Role>& roles, const std::vector<int>& chain, const std::vector<double>& places,
-               const std::vector<JointName>& names)
-        : roles_(roles), chain_(chain), places_(places), names_(names), current_(roles.size(), -1)
-    {
-        search(0, 0, 0.0);
-    }
-    /// Joints of the source, one a role; empty where a role that is not optional finds none.
-    const std::vector<int>& best() const { return best_; }
-
-private:
-    void search(std::size_t role, std::size_t from, double score)
-    {
-        if (role == roles_.size()) {
-            if (best_.empty() || score > best_score_) {
-                best_ = current_;
-                best_score_ = score;
-            }
-            return;
-        }
-        constexpr double tolerance = 0.05, worst = 4.0, found = 1.0, continued = 2.0;
-        for (std::size_t i = from; i < chain_.size(); ++i) {
-            const double off = (places_[i] - roles_[role].place) / tolerance;
-            const JointName& name = names_[std::size_t(chain_[i])];
-            double gain = found + name_score(roles_[role], name) - std::min(worst, off * off);
-            // The second of lowerarm01 and lowerarm02 only goes on where the first began.
-            if (i > 0 && !name.joined.empty() && name.joined == names_[std::size_t(chain_[i - 1])].joined &&
-                name_score(roles_[role], name) > 0.0) {
-                gain -= continued;
-            }
-            current_[role] = chain_[i];
-            search(role + 1, i + 1, score + gain);
-        }
-        current_[role] = -1;
-        if (roles_[role].optional) search(role + 1, from, score);
-    }
-
-    const std::vector<Role>& roles_;
-    const std::vector<int>& chain_;
-    const std::vector<double>& places_;
-    const std::vector<JointName>& names_;
-    std::vector<int> current_, best_;
-    double best_score_ = 0.0;
-};
+/// A hand that is further from its forearm at rest, or a foot nearer to its shank's direction, shows no rest pose.
+constexpr double largest_tip_angle = 60 * degree, least_foot_angle = 25 * degree;
 
 class Proposer {
 public:
-    explicit Proposer(const MotionClip& clip)
-        : clip_(clip), names_(parse_joint_names(clip.joint_names)), plan_(find_body_plan(clip, names_))
+    Proposer(const MotionClip& clip, bool by_lengths)
+        : clip_(clip),
+          names_(parse_joint_names(clip.joint_names)),
+          plan_(find_body_plan(clip, names_, by_lengths)),
+          by_lengths_(by_lengths)
     {
         result_.map.path = clip.name + " (proposed)";
         result_.sides_from_names = plan_.sides_from_names;
@@ -185,10 +95,26 @@ private:
         add({"head", name(plan_.head.back())});
     }
 
-    void align(JointMapEntry& entry, const std::string& toward, int from, int to) const
+    static double angle_between(const Eigen::RowVector3d& a, const Eigen::RowVector3d& b)
+    {
+        return std::atan2(Eigen::Vector3d(a).cross(Eigen::Vector3d(b)).norm(), a.dot(b));
+    }
+
+    /// `above`: where the bone before begins, along which the bone of a hand or limb goes on; -1: anywhere.
+    void align(JointMapEntry& entry, const std::string& toward, int from, int to, int above = -1)
     {
         const Eigen::RowVector3d end = to >= 0 ? position(to) : Eigen::RowVector3d(clip_.zero_pose_tips.row(from));
-        if ((end - position(from)).norm() < 1e-4 * plan_.height) return;
+        const Eigen::RowVector3d bone = end - position(from);
+        if (bone.norm() < 1e-4 * plan_.height) return;
+        if (above >= 0) {
+            const double angle = angle_between(bone, position(from) - position(above));
+            if (angle > largest_tip_angle) {
+                note(fmt::format(
+                    "{}: the bone of {} lies {:.0f} degrees off the one before, more than {:.0f}: not aligned",
+                    entry.joint, name(from), angle / degree, largest_tip_angle / degree));
+                return;
+            }
+        }
         entry.toward = toward;
         entry.bone_from = name(from);
         entry.bone_to = to >= 0 ? name(to) : "";
@@ -203,7 +129,8 @@ private:
             if (i > 0) along += (position(chain[i]) - position(chain[i - 1])).norm();
             places.push_back(along / plan_.height);
         }
-        const std::vector<int> found = RoleFinder(arm_roles(), chain, places, names_).best();
+        if (by_lengths_) places = plan_.arm_shares[side];
+        const std::vector<int> found = find_roles(arm_roles(), chain, places, names_);
         const std::string s = prefix(side);
         if (found.empty()) {
             note("no upper arm and forearm were found along " + name(chain[0]));
@@ -225,7 +152,7 @@ private:
         JointMapEntry entry;
         entry.joint = s + "hand";
         entry.source = name(hand);
-        align(entry, s + "middle_1", hand, middle);
+        align(entry, s + "middle_1", hand, middle, fore);
         const auto first_finger = std::find_if(
             result_.map.entries.begin(), result_.map.entries.end(),
             [&](const auto& e) { return e.joint.rfind(s, 0) == 0 && e.joint.back() >= '1' && e.joint.back() <= '3'; });
@@ -281,8 +208,13 @@ private:
     {
         const std::vector<int>& chain = plan_.legs[side];
         std::vector<double> places;
-        for (const int joint : chain) places.push_back(plan_.height_of(position(joint)));
-        const std::vector<int> found = RoleFinder(leg_roles(), chain, places, names_).best();
+        for (std::size_t i = 0; i < chain.size(); ++i) {
+            // From the trunk down, which is a little above the hips.
+            constexpr double base = 0.58;
+            places.push_back(by_lengths_ ? std::max(0.0, base - plan_.leg_shares[side][i])
+                                         : plan_.height_of(position(chain[i])));
+        }
+        const std::vector<int> found = find_roles(leg_roles(), chain, places, names_);
         require_input(!found.empty(), "clip {}: no hip, knee and ankle were found along \"{}\"", clip_.name,
                       name(chain[0]));
         const std::string s = prefix(side);
@@ -293,9 +225,19 @@ private:
         align(add({s + "shin", name(shin)}), s + "foot", shin, foot);
         JointMapEntry& foot_entry = add({s + "foot", name(foot)});
         foot_entry.limit = 80 * degree;
-        align(foot_entry, s + "toes", foot, toes);
-        foot_entry.sole = !foot_entry.toward.empty();
         const Eigen::RowVector3d shank = (position(shin) - position(foot)).normalized();
+        const Eigen::RowVector3d end = toes >= 0 ? position(toes) : Eigen::RowVector3d(clip_.zero_pose_tips.row(foot));
+        const Eigen::RowVector3d sole = end - position(foot);
+        const double down = angle_between(sole, -shank);
+        const bool forward = down > least_foot_angle && sole.dot(plan_.front) > 0.0;
+        if (forward || by_lengths_) {
+            align(foot_entry, s + "toes", foot, toes);
+        } else if (sole.norm() > 1e-4 * plan_.height) {
+            note(fmt::format(
+                "{}foot: the bone of {} points {:.0f} degrees off the shank's direction and {}: not aligned", s,
+                name(foot), down / degree, sole.dot(plan_.front) > 0.0 ? "forward" : "not forward"));
+        }
+        foot_entry.sole = !foot_entry.toward.empty();
         // A zero pose with splayed legs has feet square to the shanks instead of flat on a floor.
         if (foot_entry.sole && shank.dot(plan_.up) < std::cos(10 * degree)) {
             foot_entry.up_from = name(foot);
@@ -319,14 +261,59 @@ private:
     const MotionClip& clip_;
     std::vector<JointName> names_;
     BodyPlan plan_;
+    bool by_lengths_;
     JointMapProposal result_;
 };
 
 }  // namespace
 
-JointMapProposal propose_joint_map(const MotionClip& clip)
+namespace {
+
+/// A zero pose that faces or leans off its axes is looked at along them.
+JointMapProposal upright_proposal(const MotionClip& clip, const JointMapProposal& at_zero)
 {
-    return Proposer(clip).propose();
+    MotionClip posed = clip;
+    const StanceJoints joints = stance_joints(clip, at_zero.map);
+    const Eigen::Vector3d trunk = stance_of(joints, clip.zero_pose_positions).trunk;
+    Eigen::Index axis = 0;
+    trunk.cwiseAbs().maxCoeff(&axis);
+    const Eigen::Vector3d up = (trunk[axis] < 0 ? -1.0 : 1.0) * Eigen::Vector3d::Unit(axis);
+    turn_clip(posed, minimal_rotation(up, Eigen::Vector3d::UnitY()));
+    if (straighten_zero_pose(posed, joints, true) == 0.0) return at_zero;
+    return Proposer(posed, false).propose();
+}
+
+}  // namespace
+
+JointMapProposal propose_joint_map(const MotionClip& clip, int reference_frame)
+{
+    const auto stands = [](const MotionClip& posed, const JointMapProposal& proposal) {
+        return stance_of(stance_joints(posed, proposal.map), posed.zero_pose_positions).stands();
+    };
+    std::optional<JointMapProposal> at_zero;
+    if (reference_frame < 0) {
+        try {
+            at_zero = Proposer(clip, false).propose();
+            if (clip.axes_known || reference_frame == zero_pose_is_reference) return *at_zero;
+            if (stands(clip, *at_zero)) return upright_proposal(clip, *at_zero);
+        } catch (const InputError&) {
+            if (reference_frame == zero_pose_is_reference) throw;
+        }
+    }
+    const JointMapProposal by_lengths = Proposer(clip, true).propose();
+    const ReferencePose reference =
+        find_reference_pose(clip, stance_joints(clip, by_lengths.map), reference_frame, std::nullopt);
+    if (reference.frame_idx < 0) return at_zero ? *at_zero : by_lengths;
+    MotionClip posed = clip;
+    set_zero_pose(posed, std::vector<Eigen::Matrix3d>(clip.world_from_joint[reference.frame_idx]));
+    turn_clip(posed, minimal_rotation(reference.up, Eigen::Vector3d::UnitY()));
+    straighten_zero_pose(posed, stance_joints(posed, by_lengths.map), false);
+    JointMapProposal proposal = Proposer(posed, false).propose();
+    proposal.reference = fmt::format("frame {}", reference.frame_idx);
+    proposal.notes.insert(proposal.notes.begin(),
+                          fmt::format("the zero pose is no person who stands straight: {} stands for it{}",
+                                      proposal.reference, reference.stands ? "" : ", though it does not stand either"));
+    return proposal;
 }
 
 }  // namespace ndg

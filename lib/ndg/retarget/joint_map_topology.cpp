@@ -41,11 +41,14 @@ public:
         }
     }
 
-    BodyPlan find()
+    BodyPlan find(bool by_lengths)
     {
         pair_by_names();
         plan_.sides_from_names = pairs_.size() >= 4;
-        if (!plan_.sides_from_names) pair_by_mirror();
+        // A pose can make a skeleton longer than a person is.
+        if (by_lengths) size_ = std::min(size_, 1.3 * *std::max_element(reach_.begin(), reach_.end()));
+        if (!plan_.sides_from_names && by_lengths) pair_by_lengths();
+        if (!plan_.sides_from_names && !by_lengths) pair_by_mirror();
         group_limbs();
         find_axes();
         find_trunk();
@@ -114,6 +117,32 @@ private:
                 if (best >= 0) pairs.push_back({a, best});
             }
             if (pairs.size() > pairs_.size()) pairs_ = pairs;
+        }
+    }
+
+    /// Joints that hang on one joint or on a pair, of like bones and like length below.
+    void pair_by_lengths()
+    {
+        constexpr double tolerance = 0.01;
+        std::vector<int> partner(std::size_t(num_), -1);
+        for (int a = 1; a < num_; ++a) {
+            const int above = clip_.parents[a], other_above = partner[above] >= 0 ? partner[above] : above;
+            int best = -1;
+            double best_difference = tolerance * size_;
+            for (int b = a + 1; b < num_ && partner[a] < 0; ++b) {
+                if (clip_.parents[b] != other_above || partner[b] >= 0) continue;
+                // A limb is longer than what parts from it in the middle (a finger's neighbour).
+                const double below = reach_[a] - arc_[a];
+                if (other_above == above && below < limb_length * size_) continue;
+                const double difference = std::abs(arc_[a] - arc_[b]) + std::abs(below - (reach_[b] - arc_[b]));
+                if (difference >= best_difference) continue;
+                best = b;
+                best_difference = difference;
+            }
+            if (best < 0) continue;
+            partner[a] = best;
+            partner[best] = a;
+            pairs_.push_back({a, best});
         }
     }
 
@@ -207,6 +236,7 @@ private:
             plan_.legs[side] = chain(legs_.start[std::size_t(order[side])]);
             plan_.arms[side] = chain(arms_.start[std::size_t(order[side])]);
         }
+        set_shares();
         double low = std::numeric_limits<double>::infinity(), high = -low;
         for (int j = 0; j < num_; ++j) {
             for (const Vector3d& point : {position(j), tip(j)}) {
@@ -216,6 +246,19 @@ private:
         }
         plan_.ground = low;
         plan_.height = high - low;
+    }
+
+    /// From hip to toes a leg's bones are 0.63 of stature (Drillis and Contini 1966: thigh 0.245, shin 0.246; foot),
+    /// with the way from the trunk to the hip 0.69.
+    void set_shares()
+    {
+        const double stature = legs_.length / 0.69;
+        for (std::size_t side = 0; side < 2; ++side) {
+            for (const int j : plan_.legs[side])
+                plan_.leg_shares[side].push_back((arc_[j] - arc_[legs_.base]) / stature);
+            for (const int j : plan_.arms[side])
+                plan_.arm_shares[side].push_back((arc_[j] - arc_[arms_.base]) / stature);
+        }
     }
 
     void find_trunk()
@@ -260,9 +303,9 @@ private:
 
 }  // namespace
 
-BodyPlan find_body_plan(const MotionClip& clip, const std::vector<JointName>& names)
+BodyPlan find_body_plan(const MotionClip& clip, const std::vector<JointName>& names, bool by_lengths)
 {
-    return PlanFinder(clip, names).find();
+    return PlanFinder(clip, names).find(by_lengths);
 }
 
 }  // namespace ndg

@@ -17,11 +17,16 @@ struct BodyPlan {
     std::vector<int> spine;  ///< from the joint that both legs hang on to the one that both arms hang on, both included
     std::vector<int> head;   ///< from above the latter upwards, as far as the head
     bool sides_from_names = false;
+    /// Lengths along the bones from where the limbs part to each joint of `legs` and `arms`, as a share of stature
+    /// (that of whose legs' bones are as long): known whatever the pose.
+    std::array<std::vector<double>, 2> leg_shares, arm_shares;
 
     double height_of(const Eigen::RowVector3d& point) const { return (point.dot(up) - ground) / height; }
 };
 
-/// See propose_joint_map. Throws InputError naming the clip.
-BodyPlan find_body_plan(const MotionClip& clip, const std::vector<JointName>& names);
+/// See propose_joint_map. `by_lengths`: the zero pose is no standing person, so that mirror images without names are
+/// found by the lengths of bones and what hangs on them; axes, ground and height mean nothing then. Throws InputError
+/// naming the clip.
+BodyPlan find_body_plan(const MotionClip& clip, const std::vector<JointName>& names, bool by_lengths = false);
 
 }  // namespace ndg

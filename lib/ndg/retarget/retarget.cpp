@@ -29,7 +29,7 @@ struct ErrorSum {
 struct PieceTotals {
     std::vector<ErrorSum> errors;  ///< one a landmark
     std::vector<LimitHits> hits;   ///< one a joint
-    int num_violating = 0, num_jumps = 0, num_new_jumps = 0;
+    int num_violating = 0, num_far = 0, num_jumps = 0, num_new_jumps = 0;
     long num_iterations = 0;
     double max_jump = 0.0, max_source_jump = 0.0;
 };
@@ -62,15 +62,18 @@ std::vector<int> mapped_parents(const RotationTransfer& transfer)
     return parents;
 }
 
-/// Whether a joint other than the root is further from rest than the limit of the options or its own.
-bool exceeds_angles(const RotationTransfer& transfer, const Rotations& local, double max_joint_angle)
+/// The joint other than the root that is furthest beyond the limit of the options or its own; no poses: none is.
+DroppedJoint beyond_angles(const RotationTransfer& transfer, const Rotations& local, double max_joint_angle)
 {
+    DroppedJoint result;
     for (std::size_t j = 1; j < local.size(); ++j) {
         const double limit = std::min(transfer.links()[j].limit, max_joint_angle);
         if (limit >= M_PI) continue;
-        if (rotation_angle(local[j], Eigen::Matrix3d::Identity()) > limit) return true;
+        const double angle = rotation_angle(local[j], Eigen::Matrix3d::Identity());
+        if (angle <= limit || angle - limit < result.max_angle - result.limit) continue;
+        result = {standard_skeleton().joint_names[j], 1, angle, limit};
     }
-    return false;
+    return result;
 }
 
 class ClipRetargeter {
@@ -92,7 +95,7 @@ public:
         const int num_pieces = (num_frames_ + piece_size - 1) / piece_size;
         pieces_.resize(num_pieces);
         poses_.resize(kept_.size());
-        beyond_.assign(kept_.size(), false);
+        beyond_.resize(kept_.size());
         std::vector<std::exception_ptr> errors(pieces_.size());
 #pragma omp parallel for schedule(dynamic)
         for (int p = 0; p < num_pieces; ++p) {
@@ -116,14 +119,17 @@ public:
             if (speeds_[f] > options_.max_joint_speed * radians_per_degree) glitch[f] = glitch[f + 1] = true;
         }
         report.num_glitch_frames = static_cast<int>(std::count(glitch.begin(), glitch.end(), true));
+        SegmentDirections segments(transfer_);
         PoseSet poses;
         poses.clip_names.push_back(clip.name);
         poses.clip_frame_rates.push_back(clip.frame_rate);
         for (std::size_t k = 0; k < kept_.size(); ++k) {
+            if (!glitch[kept_[k]]) segments.add(rest_, poses_[k].parent_from_joint, kept_[k] + first_frame_);
             if (glitch[kept_[k]]) {
                 ++report.num_dropped_glitches;
-            } else if (beyond_[k]) {
+            } else if (beyond_[k].num_poses > 0) {
                 ++report.num_dropped_angles;
+                add_dropped(beyond_[k], report);
             } else {
                 const int frame_idx = kept_[k] + first_frame_;
                 poses.poses.push_back(poses_[k]);
@@ -133,6 +139,7 @@ public:
                     direction_error(transfer_, rest_, poses_[k].parent_from_joint, frame_idx);
             }
         }
+        report.segment_errors = segments.errors();
         report.num_poses = poses.size();
         if (report.num_poses > 0) report.mean_direction_error /= report.num_poses;
         add_totals(report);
@@ -141,6 +148,17 @@ public:
     }
 
 private:
+    static void add_dropped(const DroppedJoint& dropped, RetargetReport& report)
+    {
+        for (DroppedJoint& known : report.dropped_joints) {
+            if (known.joint != dropped.joint) continue;
+            ++known.num_poses;
+            known.max_angle = std::max(known.max_angle, dropped.max_angle);
+            return;
+        }
+        report.dropped_joints.push_back(dropped);
+    }
+
     /// Frames from the first one on that are kept, before any is dropped.
     std::vector<int> wanted_frames() const
     {
@@ -200,7 +218,7 @@ private:
         const auto k = static_cast<std::size_t>(kept - kept_.begin());
         poses_[k].parent_from_joint = frame.clamped;
         poses_[k].root_translation = transfer_.root_translation(frame_idx, first_frame_, frame.clamped[0]);
-        beyond_[k] = exceeds_angles(transfer_, frame.clamped, options_.max_joint_angle * radians_per_degree);
+        beyond_[k] = beyond_angles(transfer_, frame.clamped, options_.max_joint_angle * radians_per_degree);
     }
 
     void add_errors(int frame_idx, const Rotations& reference, const Points& targets, const Frame& frame,
@@ -223,14 +241,19 @@ private:
     void add_hits(const Rotations& local, PieceTotals& totals) const
     {
         const std::vector<double> excess = options_.limits->excess(local);
-        bool any = false;
+        bool any = false, far = false;
         for (std::size_t j = 0; j < excess.size(); ++j) {
             if (excess[j] <= violation_angle) continue;
             any = true;
             ++totals.hits[j].num_frames;
+            if (excess[j] > far_violation_angle) {
+                far = true;
+                ++totals.hits[j].num_far_frames;
+            }
             totals.hits[j].max_excess = std::max(totals.hits[j].max_excess, excess[j]);
         }
         if (any) ++totals.num_violating;
+        if (far) ++totals.num_far;
     }
 
     static double largest_angle(const Rotations& a, const Rotations& b)
@@ -287,9 +310,11 @@ private:
             }
             for (std::size_t j = 0; j < hits.size(); ++j) {
                 hits[j].num_frames += piece.hits[j].num_frames;
+                hits[j].num_far_frames += piece.hits[j].num_far_frames;
                 hits[j].max_excess = std::max(hits[j].max_excess, piece.hits[j].max_excess);
             }
             report.num_violating_frames += piece.num_violating;
+            report.num_far_frames += piece.num_far;
             report.num_jumps += piece.num_jumps;
             report.num_new_jumps += piece.num_new_jumps;
             report.max_jump = std::max(report.max_jump, piece.max_jump);
@@ -324,8 +349,8 @@ private:
     std::vector<int> mapped_parents_, kept_;
     std::vector<double> speeds_;  ///< rad/s from each frame to the next
     std::vector<PieceTotals> pieces_;
-    std::vector<Pose> poses_;   ///< of kept_
-    std::vector<char> beyond_;  ///< of kept_; not bits, because pieces write to it at the same time
+    std::vector<Pose> poses_;           ///< of kept_
+    std::vector<DroppedJoint> beyond_;  ///< of kept_
 };
 
 }  // namespace

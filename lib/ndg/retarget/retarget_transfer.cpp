@@ -111,6 +111,30 @@ std::vector<Eigen::Vector3d> find_twist_axes(const std::vector<Link>& links)
     return axes;
 }
 
+/// The part about `axis` of the rotation between the joints that a link blends, in every frame: each angle is the one
+/// nearest to that of the frame before, the median within half a turn. Where a bone is bent back on itself its twist
+/// has no angle; such frames keep the one before.
+std::vector<double> follow_twist(const MotionClip& clip, const Link& link, const Eigen::Vector3d& axis)
+{
+    constexpr double least_cosine = -0.98;
+    std::vector<double> angles;
+    double last = 0.0;
+    for (const std::vector<Eigen::Matrix3d>& world : clip.world_from_joint) {
+        const Eigen::Matrix3d relative = world[link.source].transpose() * world[link.blend_with];
+        if (axis.dot(relative * axis) > least_cosine) {
+            const double angle = twist_angle(relative, axis);
+            last = angles.empty() ? angle : angle + 2.0 * M_PI * std::round((last - angle) / (2.0 * M_PI));
+        }
+        angles.push_back(last);
+    }
+    if (angles.empty()) return angles;
+    std::vector<double> sorted = angles;
+    std::nth_element(sorted.begin(), sorted.begin() + std::ptrdiff_t(sorted.size() / 2), sorted.end());
+    const double turns = 2.0 * M_PI * std::round(sorted[sorted.size() / 2] / (2.0 * M_PI));
+    for (double& angle : angles) angle -= turns;
+    return angles;
+}
+
 /// Length of hip-knee-ankle averaged over both legs; `joints` are hip, knee and ankle of each.
 double leg_length(const Eigen::Ref<const Points>& positions, const std::array<int, 6>& joints)
 {
@@ -191,6 +215,11 @@ RotationTransfer::RotationTransfer(const MotionClip& clip, const JointMap& map,
 {
     align_elbows(clip, links_, joint_positions, alignment_);
     twist_axes_ = find_twist_axes(links_);
+    twist_angles_.resize(links_.size());
+    for (std::size_t j = 0; j < links_.size(); ++j) {
+        if (links_[j].twist_only && links_[j].blend_with >= 0)
+            twist_angles_[j] = follow_twist(clip, links_[j], twist_axes_[j]);
+    }
     has_bending_bones_ = std::any_of(links_.begin(), links_.end(), [](const Link& link) { return link.bone_bends; });
     const std::array<int, 6> ours = our_leg_joints();
     std::array<int, 6> source{};
@@ -216,9 +245,8 @@ Eigen::Matrix3d RotationTransfer::source_rotation(int joint, int frame_idx) cons
     if (link.blend_with < 0) return first;
     const Eigen::Matrix3d& second = world_from_source[link.blend_with];
     if (link.twist_only) {
-        const Eigen::Vector3d& axis = twist_axes_[joint];
-        const double angle = twist_angle(first.transpose() * second, axis);
-        return first * Eigen::AngleAxisd(link.fraction * angle, axis).toRotationMatrix();
+        const double angle = link.fraction * twist_angles_[joint][frame_idx];
+        return first * Eigen::AngleAxisd(angle, twist_axes_[joint]).toRotationMatrix();
     }
     return to_quaternion(first).slerp(link.fraction, to_quaternion(second)).toRotationMatrix();
 }

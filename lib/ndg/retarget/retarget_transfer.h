@@ -16,7 +16,8 @@ namespace ndg {
 /// point as in the source without arbitrary twist; unmapped joints follow their parent. Where the source's elbow is a
 /// hinge, the upper arm's A_j is turned about itself until our elbow bends about its own axis. Where the source's bone
 /// has a joint within (a limb of two bones), the rotation is completed by the least one that brings our bone onto the
-/// line between its ends.
+/// line between its ends. A twist that is shared (pronation) is followed through the clip past half a turn, so that its
+/// share does not jump; whole turns are counted so that most frames have less than half of one.
 class RotationTransfer {
 public:
     /// How one of our joints follows the clip.
@@ -64,6 +65,7 @@ private:
     std::vector<Link> links_;
     std::vector<Eigen::Matrix3d> alignment_;
     std::vector<Eigen::Vector3d> twist_axes_;
+    std::vector<std::vector<double>> twist_angles_;  ///< one list of frames a joint; empty where it shares no twist
     std::array<int, 2> source_hip_joints_{};
     bool has_bending_bones_ = false;
     Eigen::Vector3d hips_from_root_, root_rest_;

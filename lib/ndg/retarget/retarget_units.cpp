@@ -38,19 +38,6 @@ std::string axis_name(const Eigen::Vector3d& axis)
     return "";
 }
 
-/// From the ankles to the joint of head, neck and shoulders that lies farthest from them.
-Eigen::Vector3d standing_direction(const MotionClip& clip, const JointMap& map)
-{
-    const Eigen::Vector3d ankles = 0.5 * (joint_of(clip, map, "left_foot") + joint_of(clip, map, "right_foot"));
-    Eigen::Vector3d longest = 0.5 * (joint_of(clip, map, "left_thigh") + joint_of(clip, map, "right_thigh")) - ankles;
-    for (const char* name : {"head", "neck_1"}) {
-        if (map.find(name) == nullptr) continue;
-        const Eigen::Vector3d way = joint_of(clip, map, name) - ankles;
-        if (way.norm() > longest.norm()) longest = way;
-    }
-    return longest;
-}
-
 double leg_length(const MotionClip& clip, const JointMap& map)
 {
     double length = 0.0;
@@ -62,6 +49,29 @@ double leg_length(const MotionClip& clip, const JointMap& map)
     return length;
 }
 
+/// The reference frame of another clip of the rig, whose up axis counts as this one's.
+ReferencePose reference_of(const MotionClip& other, const JointMap& map, const ConventionOptions& options)
+{
+    const std::string missing = missing_source_joint(map, other);
+    require_input(missing.empty(), "clip {}: the reference has no joint \"{}\", which the joint map {} needs",
+                  other.name, missing, map.path);
+    const StanceJoints joints = stance_joints(other, map);
+    const int frame_idx = options.reference_frame >= 0 ? options.reference_frame : straightest_frame;
+    return find_reference_pose(other, joints, frame_idx, options.up);
+}
+
+void add_warnings(const MotionClip& clip, const ReferencePose& reference, ClipConventions& result)
+{
+    if (!reference.stands)
+        result.warnings.push_back(
+            fmt::format("clip {}: its {} is no person who stands straight, and none was found; give --reference-frame "
+                        "or --reference",
+                        clip.name, result.reference));
+    if (reference.up_is_doubtful)
+        result.warnings.push_back(fmt::format(
+            "clip {}: its zero pose stands along +y, its frames do not: where these stand, give --up-axis", clip.name));
+}
+
 }  // namespace
 
 void describe(OptionList& list, ConventionOptions& options)
@@ -69,6 +79,10 @@ void describe(OptionList& list, ConventionOptions& options)
     list.add("up-axis", options.up, "axis of the BVH and ASF files that points up; auto: as the zero pose");
     list.add("metres-per-unit", options.metres_per_unit,
              "length of the files' unit (m); 0: from the file or the performer's stature", 0, 1000);
+    list.add("reference-frame", options.reference_frame,
+             "frame in which the performer stands straight, which takes the place of the zero pose; -1: the zero pose "
+             "where it stands, else the straightest frame; -2: the zero pose as it is",
+             zero_pose_is_reference, 1000000000);
 }
 
 ClipConventions apply_conventions(MotionClip& clip, const JointMap& map, const ConventionOptions& options)
@@ -77,22 +91,48 @@ ClipConventions apply_conventions(MotionClip& clip, const JointMap& map, const C
     require_input(missing.empty(), "clip {}: has no joint \"{}\", which the joint map {} needs", clip.name, missing,
                   map.path);
     ClipConventions result;
-    Eigen::Vector3d up = Eigen::Vector3d::UnitY(), front = Eigen::Vector3d::UnitZ();
+    const StanceJoints joints = stance_joints(clip, map);
+    ReferencePose reference;
+    reference.stands = true;
     result.axes_from = "file";
+    const bool asked = options.reference != nullptr || options.reference_frame >= 0;
+    if (options.reference != nullptr) {
+        reference = reference_of(*options.reference, map, options);
+        set_zero_pose(clip, reference_rotations(clip, *options.reference, reference.frame_idx));
+        result.reference = fmt::format("frame {} of {}", reference.frame_idx, options.reference->name);
+    } else if (!clip.axes_known || asked) {
+        reference = find_reference_pose(clip, joints, options.reference_frame, options.up);
+        if (reference.frame_idx >= 0) {
+            set_zero_pose(clip, std::vector<Eigen::Matrix3d>(clip.world_from_joint[reference.frame_idx]));
+            result.reference = fmt::format("frame {}", reference.frame_idx);
+        }
+    }
+    Eigen::Vector3d up = Eigen::Vector3d::UnitY(), front = Eigen::Vector3d::UnitZ();
+    const bool whole = reference.frame_idx == zero_pose_is_reference && reference.stands && !reference.zero_pose_lies;
     if (!clip.axes_known) {
         result.axes_from = options.up ? "flag" : "estimate";
-        up = options.up ? unit_vector(*options.up) : nearest_axis(standing_direction(clip, map));
+        up = reference.up;
         const Eigen::Vector3d hips = joint_of(clip, map, "left_thigh") - joint_of(clip, map, "right_thigh");
         const Eigen::Vector3d across = hips - up * up.dot(hips);
-        require_input(across.norm() > 0.1 * hips.norm() && hips.norm() > 0,
+        require_input((across.norm() > 0.1 * hips.norm() && hips.norm() > 0) || (!options.up && !whole),
                       "clip {}: its hips lie along the up axis {}", clip.name, axis_name(up));
-        front = nearest_axis(across).cross(up);
+        if (whole || options.reference_frame == zero_pose_is_reference) {
+            front = nearest_axis(across).cross(up);
+        } else if (std::abs(up.z()) > 0.5) {
+            front = -up.z() * Eigen::Vector3d::UnitY();
+        }
         Eigen::Matrix3d turn;
         turn.row(0) = up.cross(front).transpose();
         turn.row(1) = up.transpose();
         turn.row(2) = front.transpose();
         if (!turn.isIdentity(0.0)) turn_clip(clip, turn);
     }
+    // A zero pose that was asked for stays as it is; one that a format fixes has been made by it.
+    const bool as_it_is = options.reference_frame == zero_pose_is_reference || (clip.axes_known && !asked);
+    if (!as_it_is)
+        result.reference_turn =
+            straighten_zero_pose(clip, joints, reference.frame_idx == zero_pose_is_reference && reference.stands);
+    add_warnings(clip, reference, result);
     result.up = axis_name(up);
     result.front = axis_name(front);
 
