@@ -19,13 +19,14 @@ namespace ndg {
 /// have the layer below them, N has the whole skin, K are the joints.
 struct Avatar {
     std::string name;
+    std::string licences;  ///< licence and credit lines of the file it was read from; those who write know their inputs
 
-    Points rest;              ///< M x 3, m: the reference shape
-    int num_held = 0;         ///< rows of `rest`, the first ones, that are held to the skinned shape
-    Tetrahedra tetrahedra;    ///< D x 4, positive volume at rest
-    Triangles skin_triangles; ///< T_w x 3 volume vertices, outward: the skin that has the layer below it
-    Points normals;           ///< M x 3, unit: the skin's outward normal carried inside, for anisotropy
-    JointWeights weights;     ///< M x K
+    Points rest;               ///< M x 3, m: the reference shape
+    int num_held = 0;          ///< rows of `rest`, the first ones, that are held to the skinned shape
+    Tetrahedra tetrahedra;     ///< D x 4, positive volume at rest
+    Triangles skin_triangles;  ///< T_w x 3 volume vertices, outward: the skin that has the layer below it
+    Points normals;            ///< M x 3, unit: the skin's outward normal carried inside, for anisotropy
+    JointWeights weights;      ///< M x K
 
     Skeleton skeleton;
     Points joint_positions;        ///< K x 3, m
@@ -69,6 +70,8 @@ using AffineMap = Eigen::Matrix<double, 3, 4>;
 /// and its translation such that the rest shape still goes to the skinned one. So every map is invertible, keeps
 /// orientation, and its inverse stretches nothing by more than 1 / least_map_stretch.
 constexpr double least_map_stretch = 0.2;
+/// A linear map with its singular values raised to `least`; the smallest counts as negative where it mirrors.
+Eigen::Matrix3d stretched_at_least(const Eigen::Matrix3d& linear, double least);
 
 /// Poses of one avatar, which must outlive it. Const methods may run in several threads at once.
 class AvatarPoser {
@@ -77,8 +80,9 @@ public:
 
     /// K motions of the joints. Throws Error for a pose of another number of joints.
     std::vector<Eigen::Isometry3d> world_from_rest(const Pose& pose) const;
-    /// M maps: x = L_i (u_i + offset_i(pose)) + t_i, where L_i, t_i blend the joints' motions and offset_i sums the pose
-    /// directions. Where u = rest, x is the skinned shape p of the paper; where nothing moves, the map is the identity.
+    /// M maps: x = L_i (u_i + offset_i(pose)) + t_i, where L_i, t_i blend the joints' motions and offset_i sums the
+    /// pose directions. Where u = rest, x is the skinned shape p of the paper; where nothing moves, the map is the
+    /// identity.
     std::vector<AffineMap> world_from_unposed(const Pose& pose) const;
     /// N x 3: the whole skin, with that of the volume (M x 3 world positions) where there is one.
     Points display_skin(const Pose& pose, const Eigen::Ref<const Points>& volume_positions) const;
