@@ -21,7 +21,7 @@ struct ControlPoints {
 ControlPoints place_control_points(const Eigen::Ref<const Points>& vertices, int count, double plane_x);
 
 /// N x C: what each control point's value contributes at each vertex. Biharmonic: weights minimise the integral of the
-/// squared Laplacian with 1 at their own points (both sides) and 0 at the others, with natural conditions at the
+/// squared Laplacian with 1 at their own points (both sides) and 0 at the others, level at the
 /// surface's boundary (Jacobson et al. 2011 with their bounds left out); negative parts are then cut off and rows
 /// scaled to sum one, so that fields stay between the least and the greatest value. Points keep their value exactly.
 /// Throws SolverError where a part of the surface holds too few points.

@@ -50,6 +50,9 @@ std::vector<int> soft_flags(const Template& body_template)
     std::vector<int> flags;
     for (Eigen::Index t = 0; t < body_template.skin_triangles.rows(); ++t)
         flags.push_back(int(soft.count(sorted(body_template.skin_triangles.row(t).transpose()))));
+    const auto found = std::count(flags.begin(), flags.end(), 1);
+    require(found == body_template.wrap_triangles.rows(), "{} of {} triangles of the wraps are triangles of the skin",
+            found, body_template.wrap_triangles.rows());
     return flags;
 }
 

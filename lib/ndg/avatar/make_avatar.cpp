@@ -83,8 +83,8 @@ Avatar make_avatar(const StatisticalBody& body, const Eigen::Ref<const Eigen::Ve
 
     const SoftRegion region = soft_region(avatar.skin_vertices, body.triangles, body.soft_triangles);
     const Points outer = select_rows(avatar.skin_vertices, region.skin_vertices);
-    const SoftTissueLayer layer = soft_tissue_layer(avatar.skin_vertices, body.triangles, region, body.skeleton,
-                                                    avatar.joint_positions, options.layer);
+    const SkeletonTree tree(body.skeleton, avatar.joint_positions, flesh_joints(region, body.weights));
+    const SoftTissueLayer layer = soft_tissue_layer(outer, region, tree, options.layer);
     avatar.inward = layer.inward;
     avatar.min_thickness = layer.min_thickness;
     avatar.max_thickness = layer.max_thickness;
@@ -106,7 +106,6 @@ Avatar make_avatar(const StatisticalBody& body, const Eigen::Ref<const Eigen::Ve
     report.num_turned = layer.num_turned;
     report.num_lowered = layer.num_lowered;
     report.num_thin = layer.num_thin;
-    const SkeletonTree tree(body.skeleton, avatar.joint_positions);
     for (Eigen::Index t = 0; t < region.triangles.rows(); ++t)
         for (int c = 0; c < 3; ++c) {
             const int a = region.triangles(t, c), b = region.triangles(t, (c + 1) % 3);

@@ -17,12 +17,17 @@ constexpr double sweep_tolerance = 1e-5;  // m
 
 }  // namespace
 
-SkeletonTree::SkeletonTree(const Skeleton& skeleton, const Eigen::Ref<const Points>& joint_positions)
+SkeletonTree::SkeletonTree(const Skeleton& skeleton, const Eigen::Ref<const Points>& joint_positions,
+                           const std::vector<bool>& flesh_joints)
     : parents_(skeleton.parents), positions_(joint_positions)
 {
     const int k = skeleton.num_joints();
-    require_input(k >= 2, "a skeleton of {} joints has no bone to project to", k);
     require(joint_positions.rows() == k, "{} joint positions were given for {} joints", joint_positions.rows(), k);
+    require(flesh_joints.empty() || int(flesh_joints.size()) == k, "{} joints move flesh or not, of {}",
+            flesh_joints.size(), k);
+    for (int j = 1; j < k; ++j)
+        if (flesh_joints.empty() || flesh_joints[parents_[j]]) candidates_.push_back(j);
+    require_input(!candidates_.empty(), "a skeleton of {} joints has no bone in the flesh to project to", k);
     lengths_.assign(k, 0.0);
     bones_at_.resize(k);
     distances_ = RowMatrix::Zero(k, k);
@@ -47,7 +52,7 @@ SkeletonPoint SkeletonTree::nearest(const Eigen::Vector3d& position) const
 {
     SkeletonPoint best;
     double least = std::numeric_limits<double>::max();
-    for (int j = 1; j < int(parents_.size()); ++j) {
+    for (const int j : candidates_) {
         const Eigen::Vector3d begin = positions_.row(parents_[j]), end = positions_.row(j);
         const double length = lengths_[j];
         const double along = length > 0 ? std::clamp((position - begin).dot(end - begin) / length, 0.0, length) : 0.0;

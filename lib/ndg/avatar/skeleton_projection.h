@@ -19,11 +19,13 @@ struct SkeletonPoint {
 /// A skeleton at rest as a metric tree: distances are those along its bones.
 class SkeletonTree {
 public:
-    /// `joint_positions`: K x 3. Throws InputError for a skeleton without bones.
-    SkeletonTree(const Skeleton& skeleton, const Eigen::Ref<const Points>& joint_positions);
+    /// `joint_positions`: K x 3. `flesh_joints`: K, which joints move flesh, each the bones that begin at it; the
+    /// others are no nearest place, but ways lead over them. Empty: all. Throws InputError where no bone is left.
+    SkeletonTree(const Skeleton& skeleton, const Eigen::Ref<const Points>& joint_positions,
+                 const std::vector<bool>& flesh_joints = {});
 
     Eigen::Vector3d position(const SkeletonPoint& point) const;
-    /// The nearest place; of equally near bones the first.
+    /// The nearest place on a bone that moves flesh; of equally near ones the first.
     SkeletonPoint nearest(const Eigen::Vector3d& position) const;
     /// Along the bones, m.
     double distance(const SkeletonPoint& a, const SkeletonPoint& b) const;
@@ -37,6 +39,7 @@ private:
     double coordinate(int joint, const SkeletonPoint& point) const;
 
     std::vector<int> parents_;
+    std::vector<int> candidates_;  ///< bones (by their end) that can be the nearest
     Points positions_;
     std::vector<double> lengths_;             ///< of the bone that ends at each joint
     std::vector<std::vector<int>> bones_at_;  ///< the bones (by their end) that meet at each joint

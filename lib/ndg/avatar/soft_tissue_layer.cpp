@@ -21,6 +21,7 @@ constexpr double least_normal_share = 0.5;
 /// How much is left of the thickness above the least, in each step of lowering.
 constexpr double lowering = 0.85;
 constexpr int max_lowerings = 80;
+constexpr double least_flesh_weight = 0.1;
 
 double smooth_step(double t)
 {
@@ -59,13 +60,6 @@ void limit_slope(const std::vector<std::vector<int>>& neighbours, const Eigen::R
     }
 }
 
-Points region_vertices(const SoftRegion& region, const Eigen::Ref<const Points>& skin)
-{
-    Points vertices(region.size(), 3);
-    for (int v = 0; v < region.size(); ++v) vertices.row(v) = skin.row(region.skin_vertices[v]);
-    return vertices;
-}
-
 }  // namespace
 
 void describe(OptionList& list, LayerOptions& options)
@@ -95,15 +89,24 @@ std::vector<int> folded_triangles(const SoftRegion& region, const Eigen::Ref<con
         if (!(prism_min_scaled_jacobian(prism) >= least_scaled_jacobian)) folded.insert(int(t));
     }
     const TriangleMesh surface = layer_surface(region, outer, inner);
-    for (const int t : triangles_of_pairs(crossing_triangles(surface.vertices, surface.triangles))) {
+    const auto mark = [&](int t) {
         if (t < 2 * count) {
             folded.insert(int(t % count));
-            continue;
+            return;
         }
         // A triangle of the band along a rim: those of the region that have a vertex of it.
         for (Eigen::Index other = 0; other < count; ++other)
             for (int c = 0; c < 3; ++c)
                 if ((surface.triangles.row(t).array() == region.triangles(other, c)).any()) folded.insert(int(other));
+    };
+    for (const auto& [s, t] : crossing_triangles(surface.vertices, surface.triangles)) {
+        // Where neighbours fold, their prisms do; flat ones are found to cross by rounding.
+        bool neighbours = false;
+        for (int c = 0; c < 3; ++c)
+            neighbours = neighbours || (surface.triangles.row(s).array() == surface.triangles(t, c)).any();
+        if (neighbours) continue;
+        mark(s);
+        mark(t);
     }
     return {folded.begin(), folded.end()};
 }
@@ -140,17 +143,23 @@ int unfold_thickness(const SoftRegion& region, const Eigen::Ref<const Points>& o
     return count;
 }
 
-SoftTissueLayer soft_tissue_layer(const Eigen::Ref<const Points>& skin, const Eigen::Ref<const Triangles>& triangles,
-                                  const SoftRegion& region, const Skeleton& skeleton,
-                                  const Eigen::Ref<const Points>& joint_positions, const LayerOptions& options)
+std::vector<bool> flesh_joints(const SoftRegion& region, const JointWeights& weights)
+{
+    std::vector<bool> moves(weights.cols(), false);
+    for (const int v : region.skin_vertices)
+        for (JointWeights::InnerIterator entry(weights, v); entry; ++entry)
+            if (entry.value() >= least_flesh_weight) moves[entry.col()] = true;
+    return moves;
+}
+
+SoftTissueLayer soft_tissue_layer(const Eigen::Ref<const Points>& outer, const SoftRegion& region,
+                                  const SkeletonTree& tree, const LayerOptions& options)
 {
     check_options(options);
     require_input(options.rim_thickness <= options.min_thickness,
                   "the thickness at the rims, {} m, is more than the least elsewhere, {} m", options.rim_thickness,
                   options.min_thickness);
-    const SkeletonTree tree(skeleton, joint_positions);
-    const Points outer = region_vertices(region, skin);
-    const Points normals = region_vertices(region, vertex_normals(skin, triangles));
+    const Points normals = vertex_normals(outer, region.triangles);
 
     SoftTissueLayer layer;
     layer.projections = project_to_skeleton(tree, outer, region.triangles, {options.smoothing_length});

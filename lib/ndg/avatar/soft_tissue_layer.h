@@ -2,6 +2,7 @@
 // Where the inner surface of the soft tissue can lie (Romero et al. 2020, 3.2).
 #pragma once
 
+#include "ndg/avatar/joint_weights.h"
 #include "ndg/avatar/skeleton_projection.h"
 #include "ndg/avatar/soft_region.h"
 #include "ndg/core/options.h"
@@ -32,10 +33,13 @@ struct SoftTissueLayer {
     int num_thin = 0;     ///< places where bone lies no deeper than the least thickness
 };
 
-/// `skin`: N x 3 at rest. Throws InputError where even the least thickness folds the inner surface over.
-SoftTissueLayer soft_tissue_layer(const Eigen::Ref<const Points>& skin, const Eigen::Ref<const Triangles>& triangles,
-                                  const SoftRegion& region, const Skeleton& skeleton,
-                                  const Eigen::Ref<const Points>& joint_positions, const LayerOptions& options);
+/// `outer`: W x 3, the skin of the region at rest. Throws InputError where even the least thickness folds the inner
+/// surface over.
+SoftTissueLayer soft_tissue_layer(const Eigen::Ref<const Points>& outer, const SoftRegion& region,
+                                  const SkeletonTree& tree, const LayerOptions& options);
+
+/// Joints that move some vertex of the region by a tenth or more: the bones that begin at them lie in its flesh.
+std::vector<bool> flesh_joints(const SoftRegion& region, const JointWeights& weights);
 
 /// Triangles of the region whose prism is turned inside out somewhere, or of which the layer's surface crosses itself.
 std::vector<int> folded_triangles(const SoftRegion& region, const Eigen::Ref<const Points>& outer,
