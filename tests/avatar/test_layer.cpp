@@ -199,6 +199,20 @@ TEST_CASE("The region of soft tissue ends at rims and is left out where it touch
         CHECK(closed_surface_defect(surface.vertices, surface.triangles).empty());
         CHECK(region.triangles.rows() == 90);
     }
+    SECTION("crumbs go")
+    {
+        const TubeLayer fine;
+        const StatisticalBody& skin = fine.scene.body;
+        std::vector<int> without_ring = skin.soft_triangles;
+        const Eigen::RowVector3i island = skin.triangles.row(200);
+        for (Eigen::Index t = 0; t < skin.triangles.rows(); ++t)
+            for (int c = 0; c < 3; ++c)
+                if (t != 200 && (skin.triangles.row(t).array() == island[c]).any()) without_ring[t] = 0;
+        const SoftRegion region = soft_region(skin.vertices, skin.triangles, without_ring);
+        for (int c = 0; c < 3; ++c) CHECK(region.region_of_skin[island[c]] == -1);
+        CHECK(region.size() == fine.region.size() - 3);
+        CHECK(region.rim.size() > fine.region.rim.size());
+    }
     SECTION("joints of extremities")
     {
         const int forearm = body.skeleton.joint("left_forearm");

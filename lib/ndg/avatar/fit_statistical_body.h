@@ -15,7 +15,7 @@ namespace ndg {
 
 struct StatisticalBodyOptions {
     int shape_directions = 0;       ///< most that are kept; 0: all of the shape space
-    double regressor_ridge = 1e-6;  ///< weight of squared regressor entries beside squared positions, m^2
+    double regressor_ridge = 1e-7;  ///< weight of squared regressor entries beside squared positions, m^2
     double pose_fade = 0.05;        ///< m from the cuts over which pose directions grow from zero
 };
 void describe(OptionList& list, StatisticalBodyOptions& options);

@@ -19,7 +19,7 @@ namespace ndg {
 void fill_volume(Avatar& avatar, const SoftRegion& region, const TetrahedralMesh& mesh,
                  const Eigen::Ref<const RowMatrix>& region_control_weights);
 
-/// The region of an avatar that has a volume.
+/// The region of an avatar that has a volume; without rim_distances.
 SoftRegion avatar_region(const Avatar& avatar);
 /// Thickness of each vertex of the inner surface (W) from values at the control points (C, m), held to its bounds.
 std::vector<double> thickness_field(const Avatar& avatar, const std::vector<double>& control_values);

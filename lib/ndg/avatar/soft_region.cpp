@@ -15,6 +15,9 @@ namespace ndg {
 
 namespace {
 
+/// Pieces of fewer triangles, as a share of all, are left out.
+constexpr double least_piece = 0.01;
+
 /// Directed edges of which the opposite one belongs to no triangle kept.
 std::vector<std::array<int, 2>> open_edges(const Eigen::Ref<const Triangles>& triangles, const std::vector<bool>& kept)
 {
@@ -68,6 +71,36 @@ std::vector<bool> pinched_vertices(const Eigen::Ref<const Triangles>& triangles,
     return pinched;
 }
 
+/// Leaves out pieces of few triangles, such as weights leave at the border of hands and feet.
+void drop_crumbs(const Eigen::Ref<const Triangles>& triangles, std::vector<bool>& kept)
+{
+    std::map<std::array<int, 2>, int> left_of;  // triangle at each directed edge
+    for (Eigen::Index t = 0; t < triangles.rows(); ++t)
+        if (kept[t])
+            for (int c = 0; c < 3; ++c) left_of[{triangles(t, c), triangles(t, (c + 1) % 3)}] = int(t);
+    std::vector<bool> seen(kept.size(), false);
+    std::vector<std::vector<int>> pieces;
+    std::size_t num_kept = 0;
+    for (Eigen::Index first = 0; first < triangles.rows(); ++first) {
+        if (!kept[first] || seen[first]) continue;
+        std::vector<int> piece = {int(first)};
+        seen[first] = true;
+        for (std::size_t i = 0; i < piece.size(); ++i)
+            for (int c = 0; c < 3; ++c) {
+                const int t = piece[i];
+                const auto beside = left_of.find({triangles(t, (c + 1) % 3), triangles(t, c)});
+                if (beside == left_of.end() || seen[beside->second]) continue;
+                seen[beside->second] = true;
+                piece.push_back(beside->second);
+            }
+        num_kept += piece.size();
+        pieces.push_back(std::move(piece));
+    }
+    for (const std::vector<int>& piece : pieces)
+        if (double(piece.size()) < least_piece * double(num_kept))
+            for (const int t : piece) kept[t] = false;
+}
+
 std::vector<double> distances_from(const std::vector<int>& sources, const Points& vertices, const Triangles& triangles)
 {
     const std::vector<std::vector<int>> neighbours = vertex_neighbours(triangles, int(vertices.rows()));
@@ -112,6 +145,8 @@ SoftRegion soft_region(const Eigen::Ref<const Points>& skin_vertices, const Eige
             changed = true;
         }
     }
+
+    drop_crumbs(skin_triangles, kept);
 
     SoftRegion region;
     region.region_of_skin.assign(num_skin, -1);

@@ -23,8 +23,9 @@ struct SoftRegion {
 };
 
 /// The region of the triangles with flag 1. Those at vertices where it would touch itself are left out, until its
-/// edges and vertices are those of a surface with boundary. Throws InputError where nothing is left, where a piece has
-/// no rim, and where the triangles are no surface.
+/// edges and vertices are those of a surface with boundary, and so are pieces of less than a hundredth of its
+/// triangles. Throws InputError where nothing is left, where a piece has no rim, and where the triangles are no
+/// surface.
 SoftRegion soft_region(const Eigen::Ref<const Points>& skin_vertices, const Eigen::Ref<const Triangles>& skin_triangles,
                        const std::vector<int>& soft_triangles);
 

@@ -16,8 +16,9 @@ namespace {
 
 /// Prisms below this scaled Jacobian count as folded: what TetGen fills would be needles.
 constexpr double least_scaled_jacobian = 0.02;
-/// Cosine of the most that a direction may lean away from the inward normal, 60 degrees.
-constexpr double least_normal_share = 0.5;
+/// Cosine of the most that a direction may lean away from the inward normals around it, 70 degrees.
+constexpr double least_normal_share = 0.34;
+constexpr int middle_steps = 100;
 /// How much is left of the thickness above the least, in each step of lowering.
 constexpr double lowering = 0.85;
 constexpr int max_lowerings = 80;
@@ -29,15 +30,45 @@ double smooth_step(double t)
     return s * s * (3 - 2 * s);
 }
 
-/// Turns `direction` towards `target` (both unit) until their cosine is `least`.
-Eigen::Vector3d turned(const Eigen::Vector3d& direction, const Eigen::Vector3d& target, double least)
+/// The direction that leans least from the farthest of unit vectors: the middle of the smallest ball about them
+/// (Badoiu and Clarkson 2003), which for points of a sphere lies below the middle of the smallest cap.
+Eigen::Vector3d middle_direction(const std::vector<Eigen::Vector3d>& directions)
 {
-    const double cosine = direction.dot(target);
-    if (cosine >= least) return direction;
-    const Eigen::Vector3d side = direction - cosine * target;
-    // A direction straight away from the target has no side to lean to.
-    if (side.norm() < 1e-9) return target;
-    return least * target + std::sqrt(1 - least * least) * side.normalized();
+    Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+    for (const Eigen::Vector3d& direction : directions) middle += direction / double(directions.size());
+    for (int step = 1; step <= middle_steps; ++step) {
+        const auto farthest = std::max_element(directions.begin(), directions.end(), [&](const auto& x, const auto& y) {
+            return (x - middle).squaredNorm() < (y - middle).squaredNorm();
+        });
+        middle += (*farthest - middle) / (step + 1);
+    }
+    return middle.norm() > 1e-6 ? Eigen::Vector3d(middle.normalized()) : directions.front();
+}
+
+double least_cosine(const Eigen::Vector3d& direction, const std::vector<Eigen::Vector3d>& others)
+{
+    double least = 1;
+    for (const Eigen::Vector3d& other : others) least = std::min(least, direction.dot(other));
+    return least;
+}
+
+/// `direction` turned as little towards the middle of the inward normals around a vertex as makes it lean no more than
+/// `least_normal_share` says from any of them, or, in creases where that cannot be, three quarters of what can.
+Eigen::Vector3d turned_inward(const Eigen::Vector3d& direction, const std::vector<Eigen::Vector3d>& inward_normals)
+{
+    const Eigen::Vector3d middle = middle_direction(inward_normals);
+    const double wanted = std::min(least_normal_share, 0.75 * least_cosine(middle, inward_normals));
+    if (least_cosine(direction, inward_normals) >= wanted) return direction;
+    double low = 0, high = 1;
+    Eigen::Vector3d best = middle;
+    for (int step = 0; step < 30; ++step) {
+        const double share = 0.5 * (low + high);
+        const Eigen::Vector3d blend = (1 - share) * direction + share * middle;
+        const bool enough = blend.norm() > 1e-6 && least_cosine(blend.normalized(), inward_normals) >= wanted;
+        if (enough) best = blend.normalized();
+        (enough ? high : low) = share;
+    }
+    return best;
 }
 
 /// Values at most `slope` times the edge's length above those of neighbours.
@@ -159,17 +190,20 @@ SoftTissueLayer soft_tissue_layer(const Eigen::Ref<const Points>& outer, const S
     require_input(options.rim_thickness <= options.min_thickness,
                   "the thickness at the rims, {} m, is more than the least elsewhere, {} m", options.rim_thickness,
                   options.min_thickness);
-    const Points normals = vertex_normals(outer, region.triangles);
+    const Points normals = triangle_normals(outer, region.triangles);
+    std::vector<std::vector<Eigen::Vector3d>> inward_normals(region.size());
+    for (Eigen::Index t = 0; t < region.triangles.rows(); ++t)
+        for (int c = 0; c < 3; ++c) inward_normals[region.triangles(t, c)].emplace_back(-normals.row(t).transpose());
 
     SoftTissueLayer layer;
     layer.projections = project_to_skeleton(tree, outer, region.triangles, {options.smoothing_length});
     layer.inward.resize(region.size(), 3);
     for (int v = 0; v < region.size(); ++v) {
-        const Eigen::Vector3d skin_point = outer.row(v), normal = normals.row(v);
+        const Eigen::Vector3d skin_point = outer.row(v);
         const Eigen::Vector3d way = tree.position(layer.projections[v]) - skin_point;
         const double depth = way.norm();
-        const Eigen::Vector3d direction = depth > 1e-9 ? Eigen::Vector3d(way / depth) : Eigen::Vector3d(-normal);
-        const Eigen::Vector3d inward = turned(direction, -normal, least_normal_share);
+        const Eigen::Vector3d direction = depth > 1e-9 ? Eigen::Vector3d(way / depth) : inward_normals[v].front();
+        const Eigen::Vector3d inward = turned_inward(direction, inward_normals[v]);
         layer.num_turned += inward != direction;
         layer.inward.row(v) = inward.transpose();
 
