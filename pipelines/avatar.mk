@@ -14,6 +14,6 @@ $(OUT)/statistical_body.h5: $(OUT)/template.h5 $(OUT)/bodies.h5 $(OUT)/splits.h5
 	$(STAGE) fit-statistical-body $(BIN)/fit-statistical-body $(RUN) --template $(OUT)/template.h5 --bodies $(OUT)/bodies.h5 \
 	    --splits $(OUT)/splits.h5 --shape-space $(OUT)/shape_space.h5 --correctives $(OUT)/correctives.h5 --output $@
 
-$(OUT)/avatar/%.h5 $(OUT)/avatar/%.png: $(OUT)/statistical_body.h5 $(call OPTIONS_OF,make-avatar)
+$(PERSON:%=$(OUT)/avatar/%.h5): $(OUT)/avatar/%.h5: $(OUT)/statistical_body.h5 $(call OPTIONS_OF,make-avatar)
 	@mkdir -p $(OUT)/avatar
 	$(STAGE) make-avatar $(BIN)/make-avatar $(RUN) --body $< --person $* --picture $(OUT)/avatar/$*.png --output $(OUT)/avatar/$*.h5

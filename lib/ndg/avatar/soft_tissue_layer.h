@@ -14,7 +14,7 @@ namespace ndg {
 struct LayerOptions {
     double min_thickness = 0.005;   ///< m; the paper's h_min
     double bone_radius = 0.015;     ///< m; the paper's b: the inner surface stays as far from the projections
-    double rim_thickness = 0.002;   ///< m, at the rims
+    double rim_thickness = 0.004;   ///< m, at the rims
     double rim_fade = 0.08;         ///< m from the rims over which bounds grow to their own
     double smoothing_length = 0.1;  ///< m, of ProjectionOptions
     double max_slope = 1.0;         ///< most that the upper bound changes along an edge, over its length
