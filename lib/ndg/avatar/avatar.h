@@ -77,6 +77,7 @@ Eigen::Matrix3d stretched_at_least(const Eigen::Matrix3d& linear, double least);
 class AvatarPoser {
 public:
     explicit AvatarPoser(const Avatar& avatar) : avatar_(avatar) {}
+    explicit AvatarPoser(Avatar&&) = delete;
 
     /// K motions of the joints. Throws Error for a pose of another number of joints.
     std::vector<Eigen::Isometry3d> world_from_rest(const Pose& pose) const;
