@@ -287,6 +287,10 @@ TEST_CASE("A thickness that folds the inner surface is found, and lowered to one
     const std::vector<double> least = too_thick;
     CHECK_THROWS_WITH(unfold_thickness(tube.region, tube.outer, layer.inward, least, 1.0, too_thick),
                       Catch::Contains("folds over"));
+    TubeLayer crossed;
+    for (int v = 0; v < crossed.region.size(); ++v)
+        if (std::abs(crossed.outer(v, 1) - 0.5) < 0.1) crossed.outer(v, 0) *= -0.5;
+    CHECK_THROWS_WITH(crossed.layer({}), Catch::Contains("crosses itself"));
     LayerOptions options;
     options.rim_thickness = 0.01;
     CHECK_THROWS_WITH(tube.layer(options), Catch::Contains("rims"));

@@ -91,6 +91,20 @@ void limit_slope(const std::vector<std::vector<int>>& neighbours, const Eigen::R
     }
 }
 
+/// Pairs that cross and have no common vertex: where neighbours fold, their prisms do; flat ones are found to cross by
+/// rounding.
+std::vector<std::pair<int, int>> crossings_apart(const Eigen::Ref<const Points>& vertices,
+                                                 const Eigen::Ref<const Triangles>& triangles)
+{
+    std::vector<std::pair<int, int>> apart;
+    for (const auto& [s, t] : crossing_triangles(vertices, triangles)) {
+        bool neighbours = false;
+        for (int c = 0; c < 3; ++c) neighbours = neighbours || (triangles.row(s).array() == triangles(t, c)).any();
+        if (!neighbours) apart.emplace_back(s, t);
+    }
+    return apart;
+}
+
 }  // namespace
 
 void describe(OptionList& list, LayerOptions& options)
@@ -130,12 +144,7 @@ std::vector<int> folded_triangles(const SoftRegion& region, const Eigen::Ref<con
             for (int c = 0; c < 3; ++c)
                 if ((surface.triangles.row(t).array() == region.triangles(other, c)).any()) folded.insert(int(other));
     };
-    for (const auto& [s, t] : crossing_triangles(surface.vertices, surface.triangles)) {
-        // Where neighbours fold, their prisms do; flat ones are found to cross by rounding.
-        bool neighbours = false;
-        for (int c = 0; c < 3; ++c)
-            neighbours = neighbours || (surface.triangles.row(s).array() == surface.triangles(t, c)).any();
-        if (neighbours) continue;
+    for (const auto& [s, t] : crossings_apart(surface.vertices, surface.triangles)) {
         mark(s);
         mark(t);
     }
@@ -190,6 +199,13 @@ SoftTissueLayer soft_tissue_layer(const Eigen::Ref<const Points>& outer, const S
     require_input(options.rim_thickness <= options.min_thickness,
                   "the thickness at the rims, {} m, is more than the least elsewhere, {} m", options.rim_thickness,
                   options.min_thickness);
+    const auto crossings = crossings_apart(outer, region.triangles);
+    if (!crossings.empty()) {
+        const int v = region.triangles(crossings.front().first, 0);
+        throw InputError(
+            fmt::format("the skin crosses itself in {} places, as at skin vertex {} ({:.3f}, {:.3f}, {:.3f})",
+                        crossings.size(), region.skin_vertices[v], outer(v, 0), outer(v, 1), outer(v, 2)));
+    }
     const Points normals = triangle_normals(outer, region.triangles);
     std::vector<std::vector<Eigen::Vector3d>> inward_normals(region.size());
     for (Eigen::Index t = 0; t < region.triangles.rows(); ++t)
