@@ -60,7 +60,7 @@ def tools_of_table():
     for line in re.findall(r"^\| (`.*)\|$", section, re.M):
         cells = [cell.strip() for cell in line.split("|")]
         for tool in re.findall(r"`([a-z-]+)`", cells[0]):
-            table[tool] = ("AGPL-3+" if cells[1] == "yes" else "GPL-3+" if "CGAL" in cells[1] or cells[2] == "yes" else "Apache-2.0")
+            table[tool] = ("AGPL-3+" if cells[1] in ("yes", "TetGen") else "GPL-3+" if "CGAL" in cells[1] or cells[2] == "yes" else "Apache-2.0")
     return table
 
 

@@ -22,6 +22,7 @@ if data == "":
 import h5py  # noqa: E402  (Debian's python3-h5py)
 import numpy  # noqa: E402
 from animate import check_animate  # noqa: E402
+from avatar import check_avatar  # noqa: E402
 
 failures = []
 
@@ -225,6 +226,8 @@ try:
     check(broken_expectations(f"{out}/report/tables.json") == (0, []), "the run has the figures that are expected of it")
     run = subprocess.run(make + ["-o", "build", "check-results", "EXPECTATIONS=" + expectations], stdout=subprocess.DEVNULL, env=environment)
     check(run.returncode == 0, "make check-results ends with exit code 0")
+
+    check_avatar(make, environment, out, build, check)
 
     def zero_network(name, path):
         shutil.copy(f"{out}/{name}", path)

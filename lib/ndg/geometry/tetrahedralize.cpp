@@ -175,7 +175,23 @@ void check_result(const TetrahedralMesh& mesh, const Eigen::Ref<const Points>& v
     require(boundary_faces(mesh.tetrahedra) == skin, "TetGen did not keep the triangles of the surface");
 }
 
-TetrahedralMesh to_mesh(const tetgenio& output)
+/// Leaves out vertices after the first `num_kept` that no tetrahedron has; TetGen may return some that it gave up.
+void remove_loose_vertices(TetrahedralMesh& mesh, Eigen::Index num_kept)
+{
+    std::vector<bool> used(mesh.vertices.rows(), false);
+    for (Eigen::Index i = 0; i < mesh.tetrahedra.size(); ++i) used[mesh.tetrahedra.data()[i]] = true;
+    std::vector<int> number(mesh.vertices.rows());
+    int next = 0;
+    for (Eigen::Index v = 0; v < mesh.vertices.rows(); ++v) {
+        if (v >= num_kept && !used[v]) continue;
+        mesh.vertices.row(next) = mesh.vertices.row(v).eval();
+        number[v] = next++;
+    }
+    mesh.vertices.conservativeResize(next, 3);
+    mesh.tetrahedra = mesh.tetrahedra.unaryExpr([&](int v) { return number[v]; }).eval();
+}
+
+TetrahedralMesh to_mesh(const tetgenio& output, Eigen::Index num_surface)
 {
     require(output.numberoftetrahedra > 0 && output.numberofcorners == 4, "TetGen made no tetrahedra");
     TetrahedralMesh mesh;
@@ -188,6 +204,7 @@ TetrahedralMesh to_mesh(const tetgenio& output)
             std::swap(tet[2], tet[3]);
         }
     }
+    remove_loose_vertices(mesh, num_surface);
     return mesh;
 }
 
@@ -219,7 +236,7 @@ TetrahedralMesh tetrahedralize(const Eigen::Ref<const Points>& vertices, const E
         tetgenio output;
         fill_input(input, vertices, triangles);
         run_tetgen(behavior, input, output);
-        mesh = to_mesh(output);
+        mesh = to_mesh(output, vertices.rows());
     } catch (const int code) {
         throw_tetgen_error(code);
     }

@@ -203,6 +203,37 @@ void add_correctives(const H5Reader& reader, FileReport& report)
                reader.shape("/correctives/blend_shapes")[1]);
 }
 
+void add_statistical_body(const H5Reader& reader, FileReport& report)
+{
+    const auto rows = [&](const char* name) { return reader.has(name) ? reader.shape(name)[0] : 0; };
+    report.add("body", "{}", reader.attribute("name"));
+    report.add("skin", "{} vertices, {} triangles{}", rows("/skin/vertices"), rows("/skin/triangles"),
+               reader.has("/skin/soft_triangles") ? "" : "; it does not say where soft tissue is");
+    report.add("joints", "{}", rows("/skeleton/joint_names"));
+    report.add("shape", "{} directions, shapes of {} people", rows("/shape/directions"), rows("/people/names"));
+    report.add("pose", "{} directions, of {} joints", rows("/pose/directions"), rows("/pose/joint_names"));
+    add_box(reader.read_matrix("/skin/vertices", -1, 3), " m", report);
+}
+
+void add_avatar(const H5Reader& reader, FileReport& report)
+{
+    const auto rows = [&](const char* name) { return reader.has(name) ? reader.shape(name)[0] : 0; };
+    report.add("person", "{}", reader.attribute("name"));
+    report.add("volume", "{} vertices, {} of them held, {} tetrahedra", rows("/volume/vertices"),
+               reader.read_ints("/volume/num_held", 1, 0, std::numeric_limits<int>::max()).front(),
+               rows("/volume/tetrahedra"));
+    const std::vector<double> thickness = reader.read_doubles("/layer/thickness");
+    if (!thickness.empty()) {
+        const auto [least, greatest] = std::minmax_element(thickness.begin(), thickness.end());
+        report.add("soft tissue", "{:.1f} to {:.1f} mm below {} skin vertices", 1e3 * *least, 1e3 * *greatest,
+                   thickness.size());
+    }
+    report.add("control points", "{}", rows("/control/vertices"));
+    report.add("skin", "{} vertices, {} triangles", rows("/skin/vertices"), rows("/skin/triangles"));
+    report.add("joints", "{}, pose directions of {}", rows("/skeleton/joint_names"), rows("/pose/joint_names"));
+    add_box(reader.read_matrix("/skin/vertices", -1, 3), " m", report);
+}
+
 void add_part(const H5Reader& reader, FileReport& report)
 {
     const std::string failure = reader.attribute("failure");
@@ -229,6 +260,8 @@ const Format formats[] = {
     {"ndg-shape-space", "principal components of bodies at rest", add_shape_space},
     {"ndg-model", "a trained network", add_model},
     {"ndg-correctives", "blend shapes linear in the pose", add_correctives},
+    {"ndg-statistical-body", "a statistical body: skins linear in shape and pose", add_statistical_body},
+    {"ndg-avatar", "one person's soft tissue as tetrahedra, and what poses it", add_avatar},
     {"ndg-fem-part", "a finished sample of a simulation under way", add_part},
     {"ndg-body-part", "a finished body of build-layers under way", add_part},
     {"ndg-fit-part", "a finished scan of fit-body under way", add_part},
