@@ -29,7 +29,7 @@ SHELL := /bin/bash
 BIN := $(BUILD)/bin
 CMAKE_FLAGS = -G Ninja $(if $(DATA),-DNDG_DATA="$(abspath $(DATA))")
 
-.PHONY: help deps build tools pipeline-tools avatar-tools test test-export test-campaign test-asan demo templates bodies poses dataset train tables bench format format-check tidy clean
+.PHONY: help deps build tools pipeline-tools avatar-tools test test-export test-campaign test-asan demo templates bodies poses dataset train tables bench format format-check tidy clean dynamics-tools
 
 help: ## list the targets and variables
 	@printf 'Targets:\n'; grep -hE '^[a-z0-9-]+:.*## ' $(MAKEFILE_LIST) | sort | sed -E 's/^([a-z0-9-]+):.*## /  \1\t/' | expand -t 16
@@ -50,7 +50,8 @@ TOOLS_OF = $(sort $(shell grep -ohE '[(]BIN[)]/[a-z-]+' $(1) | sed 's,.*/,,'))
 tools: TOOLS = $(call TOOLS_OF,pipelines/*.mk)
 pipeline-tools: TOOLS = $(call TOOLS_OF,pipelines/dataset.mk pipelines/train.mk pipelines/eval.mk pipelines/page.mk)
 avatar-tools: TOOLS = $(call TOOLS_OF,pipelines/dataset.mk pipelines/avatar.mk) fit-shape-space fit-correctives
-tools pipeline-tools avatar-tools:
+dynamics-tools: TOOLS = $(call TOOLS_OF,pipelines/dataset.mk pipelines/avatar.mk pipelines/dynamics.mk) fit-shape-space fit-correctives
+tools pipeline-tools avatar-tools dynamics-tools:
 	@pipelines/install-packages.sh --quiet
 	@cmake -S . -B $(BUILD) $(CMAKE_FLAGS) > /dev/null
 	@cmake --build $(BUILD) -j $(JOBS) --target $(TOOLS)
@@ -88,6 +89,7 @@ include pipelines/unseen.mk
 include pipelines/page.mk
 include pipelines/avatar.mk
 include pipelines/curve.mk
+include pipelines/dynamics.mk
 include pipelines/scan.mk
 include pipelines/slurm/slurm.mk
 include pipelines/release.mk

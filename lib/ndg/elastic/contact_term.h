@@ -19,16 +19,33 @@ struct ContactOptions {
 };
 void describe(OptionList& list, ContactOptions& options);
 
-/// What keeps skin from skin (contact_barrier.h): a sum over pairs of vertex and triangle and of two edges, chosen anew
-/// as the skin moves. Infinite where a pair touches; that no pair passes through is for who moves the skin to see to.
-/// A pair's reach is at most half its distance at rest, so that skin at rest has no energy.
+/// A pair that pushes.
+struct ContactForce {
+    double newton = 0;                                  ///< 0 for a pair out of reach
+    Eigen::Vector3d normal = Eigen::Vector3d::UnitX();  ///< from the second part's nearest point to the first's
+    Eigen::Vector4d weights = Eigen::Vector4d::Zero();  ///< corner a is pushed along `normal` by w_a times as much
+};
+
+/// What keeps surfaces from each other and from themselves (contact_barrier.h): a sum over pairs of vertex and triangle
+/// and of two edges, chosen anew as they move. Infinite where a pair touches; that no pair passes through is for who
+/// moves the surfaces to see to. Within one surface a pair's reach is at most half its distance at rest, so that a
+/// surface at rest has no energy. A pair of one surface weighs by the area about all four vertices, one of two surfaces
+/// by that about the part with less.
 class ContactTerm : public EnergyTerm {
 public:
     /// `skin`: triangles among all vertices.
     ContactTerm(const Eigen::Ref<const Triangles>& skin, const ContactOptions& options, int num_vertices);
+    /// Several surfaces that have no vertex in common; throws Error where two have.
+    ContactTerm(const std::vector<Triangles>& surfaces, const ContactOptions& options, int num_vertices);
 
     /// Objectives made before do not know the pairs, and must not be used any more.
     void set_pairs(const std::vector<SurfacePair>& pairs);
+    /// Has no energy while silent; forces() tells what it would be.
+    void set_silent(bool silent) { silent_ = silent; }
+    /// Of the rest areas about the surfaces' vertices, m^2.
+    double mean_area() const;
+    /// Of every element in turn.
+    std::vector<ContactForce> forces(const Points& positions) const;
 
     void set_rest(const Eigen::Ref<const Points>& rest_vertices) override;
     void add_energy(const Points& positions, const ElementPlaces& places, EnergySum& sum) const override;
@@ -45,12 +62,17 @@ private:
     };
     template <class Work>
     void for_near(const Points& positions, const ElementPlaces& places, const Work& work) const;
+    PairCorners corners_of(const Points& positions, int element) const;
+    /// m^2 that a pair stands for.
+    double area_of(const SurfacePair& pair) const;
 
-    Triangles skin_;
+    std::vector<Triangles> surfaces_;
+    std::vector<int> surface_of_;  ///< of every vertex, -1: none
     ContactOptions options_;
     Points rest_;
     Eigen::VectorXd areas_;  ///< of every vertex: a third of its triangles', m^2
     std::vector<Pair> pairs_;
+    bool silent_ = false;
 };
 
 }  // namespace ndg

@@ -26,9 +26,13 @@ public:
     using Batch = ElementBatch<Rest>;
 
     FleshLanes(const Points& positions, const Batch& batch)
-        : g_(gather_gradients(batch)),
-          law_(deformation(gather_corners<Corners>(positions, batch.corners)), materials(batch),
-               gather_lanes(batch.rests, [](const Rest* rest) { return rest->weight; }))
+        : FleshLanes(gather_corners<Corners>(positions, batch.corners), batch.rests)
+    {
+    }
+    /// For corners at `x`.
+    FleshLanes(const std::array<Lanes3, Corners>& x, const std::array<const Rest*, num_lanes>& rests)
+        : g_(gather_gradients(rests)),
+          law_(deformation(x), materials(rests), gather_lanes(rests, [](const Rest* rest) { return rest->weight; }))
     {
     }
 
@@ -47,20 +51,20 @@ public:
     void semidefinite_hessian(HessianKind, LaneBlocks<Corners>& blocks) const { law_.projected_hessian(g_, blocks); }
 
 private:
-    static std::array<Lanes3, Corners> gather_gradients(const Batch& batch)
+    static std::array<Lanes3, Corners> gather_gradients(const std::array<const Rest*, num_lanes>& rests)
     {
         std::array<Lanes3, Corners> g;
         for (std::size_t a = 0; a < Corners; ++a) {
             for (std::size_t c = 0; c < 3; ++c) {
-                g[a][c] = gather_lanes(batch.rests, [&](const Rest* rest) { return rest->gradient.data()[3 * a + c]; });
+                g[a][c] = gather_lanes(rests, [&](const Rest* rest) { return rest->gradient.data()[3 * a + c]; });
             }
         }
         return g;
     }
-    static std::array<const typename Law::Material*, num_lanes> materials(const Batch& batch)
+    static std::array<const typename Law::Material*, num_lanes> materials(
+        const std::array<const Rest*, num_lanes>& rests)
     {
-        return {&batch.rests[0]->material, &batch.rests[1]->material, &batch.rests[2]->material,
-                &batch.rests[3]->material};
+        return {&rests[0]->material, &rests[1]->material, &rests[2]->material, &rests[3]->material};
     }
     std::array<Lanes3, 3> deformation(const std::array<Lanes3, Corners>& x) const
     {

@@ -13,16 +13,17 @@ namespace ndg {
 template <int Corners>
 using Cells = Eigen::Matrix<int, Eigen::Dynamic, Corners, Eigen::RowMajor>;
 
-/// Flesh of a `Law` (flesh_lanes.h) on elements of one kind (elements.h), NDG equations 2 and 3.
-template <class Law, class Element>
-class FleshTerm : public LaneTerm<FleshLanes<Law, Element::num_corners>> {
+/// Flesh of a `Law` (flesh_lanes.h) on elements of one kind (elements.h), NDG equations 2 and 3. `Kernel`: what takes
+/// positions to the law.
+template <class Law, class Element, class Kernel = FleshLanes<Law, Element::num_corners>>
+class FleshTerm : public LaneTerm<Kernel> {
 public:
     static constexpr int num_corners = Element::num_corners;
 
     /// `materials`: of every cell. An element weighs `stiffness` (k_f) times its rest volume.
     FleshTerm(const Eigen::Ref<const Cells<num_corners>>& cells, const std::vector<typename Law::Material>& materials,
               double stiffness, int num_vertices)
-        : LaneTerm<FleshLanes<Law, num_corners>>(
+        : LaneTerm<Kernel>(
               Stencils(num_corners, std::vector<int>(cells.data(), cells.data() + cells.size()), num_vertices)),
           stiffness_(stiffness)
     {

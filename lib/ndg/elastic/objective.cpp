@@ -17,10 +17,11 @@ std::vector<int> free_vertices(const ElasticBody& body)
     return vertices;
 }
 
-std::vector<ElementPlaces> places_of(const ElasticBody& body, const std::vector<int>& vertices)
+std::vector<ElementPlaces> places_of(const ElasticBody& body, const std::vector<int>& vertices, bool fixed_may_move)
 {
-    require(!vertices.empty() && std::is_sorted(vertices.begin(), vertices.end()) &&
-                vertices.front() >= body.num_fixed_vertices() && vertices.back() < body.num_vertices(),
+    const int first = fixed_may_move ? 0 : body.num_fixed_vertices();
+    require(!vertices.empty() && std::is_sorted(vertices.begin(), vertices.end()) && vertices.front() >= first &&
+                vertices.back() < body.num_vertices(),
             "unknown vertices must be ascending and none of the fixed ones");
     std::vector<ElementPlaces> places;
     for (const auto& term : body.terms()) places.emplace_back(term->stencils(), vertices);
@@ -31,10 +32,10 @@ std::vector<ElementPlaces> places_of(const ElasticBody& body, const std::vector<
 
 Objective::Objective(const ElasticBody& body) : Objective(body, free_vertices(body)) {}
 
-Objective::Objective(const ElasticBody& body, std::vector<int> vertices)
+Objective::Objective(const ElasticBody& body, std::vector<int> vertices, bool fixed_may_move)
     : body_(body),
       vertices_(std::move(vertices)),
-      places_(places_of(body, vertices_)),
+      places_(places_of(body, vertices_, fixed_may_move)),
       pattern_(static_cast<int>(vertices_.size()), places_)
 {
     for (ElementPlaces& places : places_) places.find_blocks(pattern_);

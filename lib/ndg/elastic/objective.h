@@ -16,8 +16,8 @@ class Objective {
 public:
     /// All vertices that may move are unknown. Keeps a reference to `body`, whose rest shape may change.
     explicit Objective(const ElasticBody& body);
-    /// The given vertices are unknown, ascending, none of the fixed ones.
-    Objective(const ElasticBody& body, std::vector<int> vertices);
+    /// The given vertices are unknown, ascending, none of the fixed ones unless these too may move.
+    Objective(const ElasticBody& body, std::vector<int> vertices, bool fixed_may_move = false);
 
     const ElasticBody& body() const { return body_; }
     const std::vector<int>& vertices() const { return vertices_; }

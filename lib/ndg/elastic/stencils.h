@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <utility>
 #include <vector>
 
@@ -21,6 +22,11 @@ public:
 
     /// Elements with at least one of the vertices, ascending.
     std::vector<int> elements_at(const std::vector<int>& vertices) const;
+    /// Whether two different corners have a cell in common.
+    bool adjacent(int a, int b) const
+    {
+        return std::find(adjacent_.begin(), adjacent_.end(), std::pair<int, int>(a, b)) != adjacent_.end();
+    }
     /// visit(a, b) for every ordered pair of different corners of a cell.
     template <class Visit>
     void for_adjacent(const Visit& visit) const

@@ -8,6 +8,7 @@
 #include <Eigen/LU>
 
 #include <algorithm>
+#include <utility>
 
 namespace ndg {
 
@@ -34,6 +35,76 @@ bool inside(double share)
 {
     return share > 0 && share < 1;
 }
+
+/// Boxes of parts, each as much larger as its own radius, the largest of its corners', and `margin`.
+template <class Corners>
+Boxes reaching_boxes(const Eigen::Ref<const Points>& vertices, const Corners& corners,
+                     const Eigen::Ref<const Eigen::VectorXd>& radii, double margin)
+{
+    Boxes boxes = bounding_boxes(vertices, corners, margin);
+    for (Eigen::Index i = 0; i < corners.rows(); ++i) {
+        double radius = 0;
+        for (Eigen::Index a = 0; a < corners.cols(); ++a) radius = std::max(radius, radii[corners(i, a)]);
+        boxes.row(i).template head<3>().array() -= radius;
+        boxes.row(i).template tail<3>().array() += radius;
+    }
+    return boxes;
+}
+
+class PairFinder {
+public:
+    PairFinder(const Eigen::Ref<const Points>& vertices, const Eigen::Ref<const Eigen::VectorXd>& radii, double reach)
+        : vertices_(vertices), radii_(radii), reach_(reach)
+    {
+    }
+
+    template <class Corners>
+    void add_points(const Corners& points, const Triangles& triangles)
+    {
+        for (const auto& [p, t] : overlapping_boxes(reaching_boxes(vertices_, points, radii_, reach_),
+                                                    reaching_boxes(vertices_, triangles, radii_, 0))) {
+            const int point = points(p, 0);
+            if ((triangles.row(t).array() == point).any()) continue;
+            add(PairKind::point_triangle, {point, triangles(t, 0), triangles(t, 1), triangles(t, 2)});
+        }
+    }
+    /// Of one surface with itself every pair once.
+    template <class Edges>
+    void add_edges(const Edges& edges, const Edges& others)
+    {
+        const bool itself = &edges == &others;
+        const Boxes boxes = reaching_boxes(vertices_, edges, radii_, 0.5 * reach_);
+        const Boxes other_boxes = itself ? boxes : reaching_boxes(vertices_, others, radii_, 0.5 * reach_);
+        for (const auto& [e, f] : overlapping_boxes(boxes, other_boxes)) {
+            if (itself && (e >= f || edges(e, 0) == others(f, 0) || edges(e, 0) == others(f, 1) ||
+                           edges(e, 1) == others(f, 0) || edges(e, 1) == others(f, 1))) {
+                continue;
+            }
+            add(PairKind::edge_edge, {edges(e, 0), edges(e, 1), others(f, 0), others(f, 1)});
+        }
+    }
+    std::vector<SurfacePair> take() { return std::move(pairs_); }
+
+private:
+    void add(PairKind kind, const std::array<int, 4>& corners)
+    {
+        const int first = kind == PairKind::point_triangle ? 1 : 2;
+        double radius = 0, other_radius = 0;
+        for (int a = 0; a < 4; ++a) {
+            double& largest = a < first ? radius : other_radius;
+            largest = std::max(largest, radii_[corners[static_cast<std::size_t>(a)]]);
+        }
+        const double reach = reach_ + radius + other_radius;
+        if (PairDistance(kind, pair_corners(vertices_, corners)).squared() < reach * reach) {
+            pairs_.push_back({kind, corners});
+        }
+    }
+
+    const Eigen::Ref<const Points>& vertices_;
+    const Eigen::Ref<const Eigen::VectorXd>& radii_;
+    double reach_;
+    std::vector<SurfacePair> pairs_;
+};
 
 }  // namespace
 
@@ -145,27 +216,26 @@ SurfaceParts::SurfaceParts(const Eigen::Ref<const Triangles>& triangles, int num
 
 std::vector<SurfacePair> SurfaceParts::close_pairs(const Eigen::Ref<const Points>& vertices, double reach) const
 {
-    std::vector<SurfacePair> pairs;
-    const auto add = [&](PairKind kind, const std::array<int, 4>& corners) {
-        if (PairDistance(kind, pair_corners(vertices, corners)).squared() < reach * reach) {
-            pairs.push_back({kind, corners});
-        }
-    };
-    for (const auto& [p, t] :
-         overlapping_boxes(bounding_boxes(vertices, points_, reach), bounding_boxes(vertices, triangles_))) {
-        const int point = points_[p];
-        if ((triangles_.row(t).array() == point).any()) continue;
-        add(PairKind::point_triangle, {point, triangles_(t, 0), triangles_(t, 1), triangles_(t, 2)});
-    }
-    const Boxes edge_boxes = bounding_boxes(vertices, edges_, 0.5 * reach);
-    for (const auto& [e, f] : overlapping_boxes(edge_boxes, edge_boxes)) {
-        if (e >= f || edges_(e, 0) == edges_(f, 0) || edges_(e, 0) == edges_(f, 1) || edges_(e, 1) == edges_(f, 0) ||
-            edges_(e, 1) == edges_(f, 1)) {
-            continue;
-        }
-        add(PairKind::edge_edge, {edges_(e, 0), edges_(e, 1), edges_(f, 0), edges_(f, 1)});
-    }
-    return pairs;
+    return close_pairs(vertices, reach, Eigen::VectorXd::Zero(vertices.rows()));
+}
+
+std::vector<SurfacePair> SurfaceParts::close_pairs(const Eigen::Ref<const Points>& vertices, double reach,
+                                                   const Eigen::Ref<const Eigen::VectorXd>& radii) const
+{
+    PairFinder finder(vertices, radii, reach);
+    finder.add_points(points_, triangles_);
+    finder.add_edges(edges_, edges_);
+    return finder.take();
+}
+
+std::vector<SurfacePair> SurfaceParts::close_pairs(const SurfaceParts& other, const Eigen::Ref<const Points>& vertices,
+                                                   double reach, const Eigen::Ref<const Eigen::VectorXd>& radii) const
+{
+    PairFinder finder(vertices, radii, reach);
+    finder.add_points(points_, other.triangles_);
+    finder.add_points(other.points_, triangles_);
+    finder.add_edges(edges_, other.edges_);
+    return finder.take();
 }
 
 }  // namespace ndg

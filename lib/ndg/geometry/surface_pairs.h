@@ -24,6 +24,8 @@ public:
     PairDistance(PairKind kind, const PairCorners& corners);
 
     double squared() const { return gap_.squaredNorm(); }
+    /// From the second part's nearest point to the first's.
+    const Eigen::Vector3d& gap() const { return gap_; }
     /// w_a of the corners; they sum to zero.
     const Eigen::Vector4d& weights() const { return weights_; }
     /// By the corners' coordinates, stacked. Continuous wherever the two edges of a pair are not parallel.
@@ -58,6 +60,18 @@ public:
 
     /// Pairs without a common vertex that are less than `reach` apart, points against triangles first, ascending.
     std::vector<SurfacePair> close_pairs(const Eigen::Ref<const Points>& vertices, double reach) const;
+    /// The same where every vertex may be as far off as `radii` has it, N_v: a pair's reach is longer by the largest of
+    /// either part's. Radii must be finite.
+    std::vector<SurfacePair> close_pairs(const Eigen::Ref<const Points>& vertices, double reach,
+                                         const Eigen::Ref<const Eigen::VectorXd>& radii) const;
+    /// Pairs of a part of this surface and one of another among the same vertices, which has none in common with it:
+    /// points of this one first, then those of the other, then edges.
+    std::vector<SurfacePair> close_pairs(const SurfaceParts& other, const Eigen::Ref<const Points>& vertices,
+                                         double reach, const Eigen::Ref<const Eigen::VectorXd>& radii) const;
+
+    /// All that belong to the surface, ascending.
+    const Eigen::Matrix<int, Eigen::Dynamic, 1>& points() const { return points_; }
+    const Triangles& triangles() const { return triangles_; }
 
 private:
     Triangles triangles_;

@@ -203,6 +203,21 @@ void add_correctives(const H5Reader& reader, FileReport& report)
                reader.shape("/correctives/blend_shapes")[1]);
 }
 
+void add_dynamics(const H5Reader& reader, FileReport& report)
+{
+    const std::vector<std::string> names = reader.read_strings("/sequences/names");
+    const std::vector<std::size_t> shape = reader.shape("/frames/vertices");
+    report.add("model", "{}, {} vertices, {} of them held", reader.attribute("model"), shape[1],
+               reader.read_ints("/mesh/held_count", 1, 0, static_cast<int>(shape[1]))[0]);
+    report.add("motions", "{}, {} frames at {:g} Hz, steps of {:.4g} ms", names.size(), shape[0],
+               reader.attribute_double("frame_rate"), 1e3 * reader.attribute_double("time_step"));
+    const std::vector<double> converged = reader.read_doubles("/statistics/converged");
+    report.add("converged", "{} frames, when {}", std::count(converged.begin(), converged.end(), 1.0),
+               reader.attribute("convergence_criterion"));
+    if (reader.has("/failures/sequences"))
+        report.add("failed", "{}", fmt::join(reader.read_strings("/failures/sequences"), ", "));
+}
+
 void add_statistical_body(const H5Reader& reader, FileReport& report)
 {
     const auto rows = [&](const char* name) { return reader.has(name) ? reader.shape(name)[0] : 0; };
@@ -260,6 +275,8 @@ const Format formats[] = {
     {"ndg-shape-space", "principal components of bodies at rest", add_shape_space},
     {"ndg-model", "a trained network", add_model},
     {"ndg-correctives", "blend shapes linear in the pose", add_correctives},
+    {"ndg-dynamics", "bodies in motion with inertia", add_dynamics},
+    {"ndg-dynamics-part", "finished frames of simulate-dynamics under way", add_part},
     {"ndg-statistical-body", "a statistical body: skins linear in shape and pose", add_statistical_body},
     {"ndg-avatar", "one person's soft tissue as tetrahedra, and what poses it", add_avatar},
     {"ndg-fem-part", "a finished sample of a simulation under way", add_part},

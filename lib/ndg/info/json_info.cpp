@@ -64,6 +64,7 @@ const JsonKind kinds[] = {
      "how well motions came onto our skeleton (import-motion)",
      add_motion_report},
     {{"scans", "fitted", "reports"}, "how well scans were registered (fit-body)", add_fit_report},
+    {{"loads"}, "a scene: what a body meets in a simulation with inertia (simulate-dynamics)"},
     {{"architecture", "parts"}, "how the tensors of a network are put together (export-release)"},
     {{"num_poses", "angles"}, "ranges of joint angles that poses take (sample-poses)"},
     {{"table1", "counts", "seconds"}, "tables of a run (evaluate-metrics)", add_tables},

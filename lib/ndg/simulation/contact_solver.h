@@ -8,9 +8,6 @@
 #include "ndg/elastic/elastic_body.h"
 #include "ndg/simulation/newton.h"
 
-#include <utility>
-#include <vector>
-
 namespace ndg {
 
 class ContactSolver {
@@ -26,12 +23,6 @@ public:
     void solve(Points& vertices, const NewtonOptions& options, NewtonResult& result);
 
 private:
-    /// All but those that belong to the triangles that cross.
-    std::vector<SurfacePair> pairs(const Points& vertices, double reach,
-                                   const std::vector<std::pair<int, int>>& crossings) const;
-    /// Those that are elements of the energy.
-    std::vector<SurfacePair> near_pairs(const Points& vertices, const std::vector<SurfacePair>& pairs) const;
-
     const Template& template_;
     ElasticBody& elastic_;
     double distance_;

@@ -138,7 +138,8 @@ double NewtonSolver::search(Points& positions, double energy, const StepFilter& 
 NewtonResult NewtonSolver::minimise(Points& positions, const NewtonOptions& options, const Relaxation& relax,
                                     const StepFilter& filter)
 {
-    direction_.start();
+    direction_.start(keep_factor_);
+    keep_factor_ = false;
     NewtonResult result;
     double evaluation_seconds = 0, relaxation_seconds = 0;
     const auto evaluate_gradient = [&] {

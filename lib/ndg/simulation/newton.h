@@ -67,6 +67,8 @@ public:
     /// goes farther than it allows; where it allows nothing that lowers the energy the solve stops, held.
     NewtonResult minimise(Points& positions, const NewtonOptions& options, const Relaxation& relax = {},
                           const StepFilter& filter = {});
+    /// For solves that follow each other closely: the next one begins with the factor that the last one left.
+    void keep_factor() { keep_factor_ = true; }
 
 private:
     /// Moves `positions`, of the given energy, along move_ and fills energy_; returns the length of the step that was
@@ -83,6 +85,7 @@ private:
     Eigen::VectorXd gradient_, absolute_, move_, trial_gradient_;
     Points start_;  ///< of the unknown vertices
     double energy_ = 0;
+    bool keep_factor_ = false;
     bool held_ = false;  ///< whether the filter allowed the last search no step
 };
 

@@ -23,6 +23,10 @@ constexpr double retry_share = 0.6;
 constexpr double precondition_below_relative = 0.05;
 constexpr int max_cg_iterations = 8;
 constexpr double cg_tolerance = 0.2;
+/// With a factor kept from an earlier solve: states follow each other closely there, the energy is nearly quadratic,
+/// and a Hessian costs more than an iteration.
+constexpr double kept_cg_tolerance = 0.03;
+constexpr int max_kept_cg_iterations = 12;
 /// Negative curvature found sooner leaves a poor direction.
 constexpr int least_cg_iterations = 3;
 constexpr double least_step = 0.5;  ///< after a shorter one the factor is made anew
@@ -35,11 +39,12 @@ NewtonDirection::NewtonDirection(const Objective& objective)
     cholesky_.analyze(hessian_);
 }
 
-void NewtonDirection::start()
+void NewtonDirection::start(bool keep_factor)
 {
     level_ = 0;
     indefinite_at_ = 0;
-    factored_ = stiffened_ = reuse_ = truncated_ = short_step_ = false;
+    stiffened_ = truncated_ = short_step_ = false;
+    factored_ = reuse_ = kept_ = factored_ && keep_factor;
     factorizations_ = cg_iterations_ = 0;
     seconds_ = {};
 }
@@ -55,7 +60,7 @@ bool NewtonDirection::find(const Points& positions, const Eigen::VectorXd& gradi
 {
     truncated_ = false;
     std::size_t softest = residual_relative < exact_below_relative ? 0 : 1;
-    if (factored_ && reuse_ && residual_relative < precondition_below_relative) {
+    if (factored_ && reuse_ && (kept_ || residual_relative < precondition_below_relative)) {
         if (precondition(positions, gradient, direction)) {
             stiffened_ = false;
             return true;
@@ -83,6 +88,7 @@ bool NewtonDirection::factorize()
 {
     const Stopwatch stopwatch(seconds_.factorization);
     ++factorizations_;
+    kept_ = false;
     factored_ = cholesky_.factorize(hessian_);
     return factored_;
 }
@@ -118,8 +124,9 @@ bool NewtonDirection::precondition(const Points& positions, const Eigen::VectorX
     cholesky_.solve(residual_, preconditioned_);
     search_ = preconditioned_;
     double rho = residual_.dot(preconditioned_);
-    const double wanted = cg_tolerance * cg_tolerance * rho;
-    for (int k = 0; k < max_cg_iterations; ++k) {
+    const double tolerance = kept_ ? kept_cg_tolerance : cg_tolerance;
+    const double wanted = tolerance * tolerance * rho;
+    for (int k = 0; k < (kept_ ? max_kept_cg_iterations : max_cg_iterations); ++k) {
         product_.noalias() = hessian_.selfadjointView<Eigen::Lower>() * search_;
         const double curvature = search_.dot(product_);
         if (!(curvature > 0)) {

@@ -14,6 +14,16 @@ struct NewtonTimes {
     double factorization = 0;  ///< numeric
     double substitution = 0;   ///< and conjugate gradients
     double relaxation = 0;     ///< patches: all of the above in them, and their analysis
+
+    NewtonTimes& operator+=(const NewtonTimes& other)
+    {
+        evaluation += other.evaluation;
+        assembly += other.assembly;
+        factorization += other.factorization;
+        substitution += other.substitution;
+        relaxation += other.relaxation;
+        return *this;
+    }
 };
 
 /// Directions for one objective, from one body and pose to the next; matrix and factor are kept. One object per thread.
@@ -27,8 +37,9 @@ public:
     /// Keeps a reference to `objective`.
     explicit NewtonDirection(const Objective& objective);
 
-    /// Forgets what was learned on the last body and pose.
-    void start();
+    /// Forgets what was learned on the last body and pose; with `keep_factor` not the factor, which then serves as
+    /// preconditioner at any residual until it does so badly.
+    void start(bool keep_factor = false);
     /// False when no definite matrix is found. `residual_relative`: the forces out of balance by all element forces.
     bool find(const Points& positions, const Eigen::VectorXd& gradient, double residual_relative,
               Eigen::VectorXd& direction);
@@ -53,6 +64,7 @@ private:
     std::size_t level_ = 0;     ///< where factorize_definite starts
     double indefinite_at_ = 0;  ///< residual where a softer matrix than that of level_ was indefinite
     bool factored_ = false, stiffened_ = false, reuse_ = false, truncated_ = false, short_step_ = false;
+    bool kept_ = false;  ///< the factor is of an earlier body or pose
     int factorizations_ = 0, cg_iterations_ = 0;
     NewtonTimes seconds_;
     Eigen::VectorXd residual_, preconditioned_, search_, product_;

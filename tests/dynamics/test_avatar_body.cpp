@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+// An avatar as a body that a motion drives.
+#include "soft_shapes.h"
+
+#include "ndg/dynamics/avatar_body.h"
+#include "ndg/dynamics/motion_simulation.h"
+
+#include <catch2/catch.hpp>
+
+#include <cmath>
+
+using namespace ndg;
+
+TEST_CASE("An avatar's soft tissue follows its own skinning and comes to rest in its skinned shape")
+{
+    const Template tube = test::tube_template(7, 8);
+    const SoftBody made = test::soft_tube(tube, 1, 1);
+    Avatar avatar;
+    avatar.name = "tube";
+    avatar.rest = made.rest;
+    avatar.num_held = made.num_held;
+    avatar.tetrahedra = made.tetrahedra;
+    avatar.skin_triangles = made.skin_triangles;
+    avatar.normals = made.normals.rowwise().normalized();
+    avatar.weights = sparse_weights(tube.volume_weights(), num_standard_joints);
+    avatar.skeleton = tube.skeleton;
+    avatar.joint_positions = tube.rest.joint_positions;
+    avatar.pose_joints = {tube.skeleton.joint("left_forearm")};
+    avatar.pose_directions = RowMatrixF::Zero(9, made.rest.size());
+    for (Eigen::Index k = 0; k < made.rest.size(); ++k) {
+        avatar.pose_directions(0, k) = 0.01f * std::sin(static_cast<float>(k));
+    }
+
+    const SoftBody tissue = soft_body_of(avatar, 8e3, 15e3);
+    REQUIRE_NOTHROW(tissue.check());
+    REQUIRE(tissue.young_normal_pascal[5] == 8e3);
+    REQUIRE(tissue.young_tangent_pascal[5] == 15e3);
+    SoftTissueBody body(tissue, poser_of(avatar), {}, 1000);
+    REQUIRE(body.joint_positions() == avatar.joint_positions);
+    const Pose bent = test::tube_pose(0.9);
+    const Points skinned = to_world(AvatarPoser(avatar).world_from_unposed(bent), avatar.rest);
+    REQUIRE((body.equilibrium(bent) - skinned).norm() < 1e-14);
+    REQUIRE((skinned - apply_maps(test::tube_poser(tube).world_from_unposed(bent), avatar.rest)).norm() > 1e-3);
+
+    std::vector<Pose> poses;
+    for (int n = 0; n <= 24; ++n) poses.push_back(test::tube_pose(0.9 * n / 24));
+    DynamicsOptions options;
+    options.newton = {1e-10, 1e-10, 100};
+    options.hold_seconds = 1.5;
+    options.frames_per_block = 1000;
+    MotionSimulation simulation(body, poses, {}, options);
+    const DynamicBlock block = simulation.run(0, std::nullopt);
+    REQUIRE((block.state.positions - skinned).rowwise().norm().maxCoeff() < 1e-6);
+    // On the way it was elsewhere.
+    const std::vector<float>& at_stop = block.vertices[6];
+    const Points early = Eigen::Map<const RowMatrixF>(at_stop.data(), avatar.rest.rows(), 3).cast<double>();
+    REQUIRE((early - skinned).rowwise().norm().maxCoeff() > 1e-3);
+}

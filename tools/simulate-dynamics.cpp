@@ -1,0 +1,230 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "ndg/core/error.h"
+#include "ndg/core/interrupt.h"
+#include "ndg/core/tool.h"
+#include "ndg/dataset/shards.h"
+#include "ndg/dynamics/avatar_body.h"
+
+#include "ndg/dynamics/interacting_body.h"
+#include "ndg/dynamics/layered_driven_body.h"
+#include "ndg/dynamics/scene_file.h"
+#include "ndg/dynamics/simulate_dynamics.h"
+#include "ndg/export/export_meshes.h"
+#include "ndg/io/licences.h"
+
+#include <algorithm>
+#include <functional>
+#include <optional>
+
+namespace {
+
+using namespace ndg;
+
+/// What of a body is shown.
+struct Shown {
+    Triangles triangles;
+    std::function<Points(int frame_idx, const Points& positions)> vertices;
+};
+
+/// The skin that moves.
+Shown moving_skin(const DynamicsSet& set)
+{
+    std::vector<int> place(static_cast<std::size_t>(set.num_vertices()), -1), vertices;
+    for (Eigen::Index i = 0; i < set.skin_triangles.size(); ++i) {
+        place[static_cast<std::size_t>(set.skin_triangles.data()[i])] = 0;
+    }
+    for (std::size_t v = 0; v < place.size(); ++v) {
+        if (place[v] < 0) continue;
+        place[v] = static_cast<int>(vertices.size());
+        vertices.push_back(static_cast<int>(v));
+    }
+    Shown shown;
+    shown.triangles = set.skin_triangles.unaryExpr([&](int vertex) { return place[static_cast<std::size_t>(vertex)]; });
+    shown.vertices = [vertices](int, const Points& positions) {
+        Points skin(static_cast<Eigen::Index>(vertices.size()), 3);
+        for (std::size_t v = 0; v < vertices.size(); ++v) {
+            skin.row(static_cast<Eigen::Index>(v)) = positions.row(vertices[v]);
+        }
+        return skin;
+    };
+    return shown;
+}
+
+/// The skin, and what the body is `among`, if anything.
+void write_mesh(const std::string& path, const DynamicsReader& reader, const Shown& shown, const InteractingBody* among,
+                const std::string& credits)
+{
+    const auto [begin, end] = reader.set().frames_of(0);
+    ExportedMesh mesh;
+    mesh.name = "skin";
+    mesh.triangles = shown.triangles;
+    mesh.colour = Eigen::Vector3f(0.86f, 0.68f, 0.58f);
+    MeshSequence sequence;
+    sequence.meshes = {mesh};
+    std::vector<Interaction::Rows> rows;
+    const auto add = [&](const std::string& name, const Triangles& triangles, const Interaction::Rows& where,
+                         const Eigen::Vector3f& colour) {
+        ExportedMesh other;
+        other.name = name;
+        other.triangles = triangles;
+        other.colour = colour;
+        sequence.meshes.push_back(other);
+        rows.push_back(where);
+    };
+    if (among != nullptr) {
+        const Interaction& scene = among->interaction();
+        for (std::size_t i = 0; i < scene.obstacles().size(); ++i) {
+            add(scene.obstacles()[i].name, scene.obstacles()[i].shape.triangles, scene.obstacle_rows()[i],
+                {0.55f, 0.6f, 0.65f});
+        }
+        for (std::size_t i = 0; i < scene.garments().size(); ++i) {
+            add(scene.garments()[i].name, scene.garments()[i].worn.triangles, scene.garment_rows()[i],
+                {0.25f, 0.4f, 0.6f});
+        }
+    }
+    sequence.num_frames = end - begin;
+    sequence.frame_rate = reader.set().frame_rate_hertz;
+    sequence.credits = credits;
+    sequence.frame = [&, first = begin](int frame_idx) {
+        const Points positions = reader.frame(first + frame_idx);
+        std::vector<MeshFrame> frames(1 + rows.size());
+        frames[0].vertices = shown.vertices(frame_idx, positions);
+        for (std::size_t i = 0; i < rows.size(); ++i) {
+            frames[i + 1].vertices = positions.middleRows(rows[i].first, rows[i].count);
+        }
+        return frames;
+    };
+    export_meshes(path, sequence);
+    fmt::print("{}: {} frames of \"{}\"\n", path, sequence.num_frames, reader.set().sequence_names[0]);
+}
+
+std::string one_line(const std::string& licences)
+{
+    std::string line;
+    for (const char c : licences) line += c == '\n' ? "; " : std::string(1, c);
+    return line;
+}
+
+}  // namespace
+
+int main(int argc, char** argv)
+{
+    Tool tool(
+        "simulate-dynamics",
+        "Moves a body through motions with inertia: its flesh lags, swings and bears loads. Resumable within a motion.",
+        "simulate-dynamics --avatar avatar.h5 --poses jump.h5 --output jump-dynamics.h5 --mesh jump.glb");
+    std::string avatar_path, template_path, bodies_path, poses_path, scene_path, output, mesh, clip, shard_text = "0/1";
+    std::string model = "soft-tissue";
+    int body_idx = 0, join = 0;
+    double young_normal = 15e3, young_tangent = 15e3, min_converged = 0.99;
+    DynamicsOptions options;
+    ContactSceneOptions contact;
+    TissueOptions tissue;
+    SimulationOptions layered;
+    tool.input("avatar", avatar_path, "avatar of soft tissue (make-avatar)", false);
+    tool.input("template", template_path, "template of a layered body", false);
+    tool.input("bodies", bodies_path, "layered bodies; the template's own without it", false);
+    tool.input("poses", poses_path, "motions on our skeleton, each clip one (import-motion)");
+    tool.input("scene", scene_path, "JSON: gravity, loads, obstacles, garments", false);
+    tool.output("output", output, "vertices over time; a shard i of n goes to <output>.shards/<i>-of-<n>.h5", true,
+                true);
+    tool.output("mesh", mesh, "the skin in the first motion, by extension: .glb, .usda, ...", false);
+    tool.parameter("model", model, "soft-tissue: an avatar's; layered: muscle, fat and skin of a layered body",
+                   std::vector<std::string>{"soft-tissue", "layered"});
+    tool.parameter("body", body_idx, "which of --bodies", 0, 1 << 30);
+    tool.parameter("clip", clip, "this clip of --poses alone");
+    tool.parameter("shard", shard_text, "i/n: only every n-th motion from i on");
+    tool.parameter("join", join, "simulate nothing: put the results of so many shards together as --output", 0, 100000);
+    tool.parameter("young-normal", young_normal, "Young's modulus of the soft tissue along the skin's normal, Pa", 1.0,
+                   1e9);
+    tool.parameter("young-tangent", young_tangent, "and along the skin, Pa", 1.0, 1e9);
+    tool.options(tissue);
+    tool.options(options);
+    tool.options(contact);
+    tool.options(layered.posing);
+    tool.options(layered.material);
+    tool.parameter("min-converged", min_converged, "smallest share of converged frames for exit code 0", 0, 1);
+    return tool.run(argc, argv, [&] {
+        catch_interrupts();
+        const int steps_per_frame = options.steps_per_frame();
+        const bool soft = model == "soft-tissue";
+        const Shard shard = parse_shard(shard_text);
+        require_input(avatar_path.empty() != soft && (template_path.empty() && bodies_path.empty()) == soft,
+                      "--model {} needs {} alone", model, soft ? "--avatar" : "--template and perhaps --bodies");
+        const PoseSet poses = read_poses(poses_path);
+        const Scene scene = scene_path.empty() ? Scene() : read_scene(scene_path);
+        DynamicsRun run;
+        run.model = model;
+        run.options = options;
+        run.loads = scene.loads;
+        std::optional<Avatar> avatar;
+        std::optional<Template> body_template;
+        std::optional<Body> body;
+        OptionList list;
+        describe(list, options);
+        describe(list, contact);
+        if (soft) {
+            avatar = read_avatar(avatar_path);
+            run.make_actor = [&] {
+                DynamicActor actor;
+                actor.body = InteractingBody::among(
+                    std::make_unique<SoftTissueBody>(soft_body_of(*avatar, young_normal, young_tangent),
+                                                     poser_of(*avatar), tissue, options.density),
+                    scene, contact, actor.hook);
+                return actor;
+            };
+            describe(list, tissue);
+            run.options_key = fmt::format("{} {} {}", options_key(list), young_normal, young_tangent);
+        } else {
+            body_template = read_template(template_path);
+            if (bodies_path.empty()) {
+                body = body_template->rest;
+            } else {
+                const BodySet bodies = read_bodies(bodies_path, *body_template);
+                const auto count = static_cast<int>(bodies.bodies.size());
+                require_input(body_idx < count, "--body {} of {} bodies", body_idx, count);
+                body = bodies.bodies[static_cast<std::size_t>(body_idx)];
+            }
+            run.make_actor = [&] {
+                DynamicActor actor;
+                actor.body = InteractingBody::among(
+                    std::make_unique<LayeredDrivenBody>(*body_template, *body, layered, options.density), scene,
+                    contact, actor.hook);
+                return actor;
+            };
+            describe(list, layered.posing);
+            describe(list, layered.material);
+            run.options_key = fmt::format("{} {}", options_key(list), body_idx);
+        }
+
+        std::vector<std::string> names;
+        if (!clip.empty()) names.push_back(clip);
+        const std::vector<DynamicSequence> sequences =
+            shard_of(sequences_of(poses, names, options.step_rate_hertz), shard);
+        const std::string path = shard_path(output, shard);
+        const Provenance provenance = tool.provenance();
+        const DynamicsSet set =
+            join > 0 ? join_dynamics(output, join, provenance)
+                     : simulate_dynamics(run, sequences, path, provenance, interrupt_requested, tool.force());
+        fmt::print("{}: {}", path, dynamics_report(set));
+        if (!mesh.empty()) {
+            Shown shown = moving_skin(set);
+            const DynamicActor actor = run.make_actor();
+            const auto* among = dynamic_cast<const InteractingBody*>(actor.body.get());
+            const int body_begin = among == nullptr ? 0 : among->interaction().body_begin();
+            const auto first = std::find_if(sequences.begin(), sequences.end(),
+                                            [&](const auto& s) { return s.name == set.sequence_names[0]; });
+            if (soft) {  // with head, hands and feet
+                shown.triangles = avatar->whole_skin_triangles;
+                shown.vertices = [&](int frame_idx, const Points& positions) {
+                    const auto last = static_cast<int>(first->poses.size()) - 1;
+                    const auto step = static_cast<std::size_t>(std::min(frame_idx * steps_per_frame, last));
+                    return AvatarPoser(*avatar).display_skin(first->poses[step],
+                                                             positions.middleRows(body_begin, avatar->num_vertices()));
+                };
+            }
+            write_mesh(mesh, DynamicsReader(path), shown, among, one_line(merged_licences(provenance)));
+        }
+        require_converged(set, min_converged);
+    });
+}
