@@ -29,7 +29,7 @@ SHELL := /bin/bash
 BIN := $(BUILD)/bin
 CMAKE_FLAGS = -G Ninja $(if $(DATA),-DNDG_DATA="$(abspath $(DATA))")
 
-.PHONY: help deps build tools pipeline-tools avatar-tools test test-export test-campaign test-asan demo templates bodies poses dataset train tables bench format format-check tidy clean dynamics-tools
+.PHONY: help deps build tools pipeline-tools avatar-tools dynamics-tools test test-export test-campaign test-asan demo templates bodies poses dataset train tables bench format format-check tidy clean
 
 help: ## list the targets and variables
 	@printf 'Targets:\n'; grep -hE '^[a-z0-9-]+:.*## ' $(MAKEFILE_LIST) | sort | sed -E 's/^([a-z0-9-]+):.*## /  \1\t/' | expand -t 16

@@ -76,7 +76,9 @@ TEST_CASE("a fault while HDF5 reads a file ends the process with one line that n
 TEST_CASE("a fault anywhere else is a fault")
 {
     const Ending ending = ending_of([] {
-        { const h5::ReadingGuard guard("sound.h5"); }
+        {
+            const h5::ReadingGuard guard("sound.h5");
+        }
         ::raise(SIGSEGV);
     });
     CHECK(ending.signal == SIGSEGV);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Private to io: what HDF5 does with damaged files. Its metadata hold addresses and counts that the library follows: with
-// damaged ones it may read memory that is not there, or go in circles. Neither can be undone from within the process.
+// Private to io: what HDF5 does with damaged files. Its metadata hold addresses and counts that the library follows:
+// with damaged ones it may read memory that is not there, or go in circles. Neither can be undone from within the
+// process.
 #pragma once
 
 #include <string>
