@@ -33,8 +33,8 @@ struct SoftTissueLayer {
     int num_thin = 0;     ///< places where bone lies no deeper than the least thickness
 };
 
-/// `outer`: W x 3, the skin of the region at rest. Throws InputError where even the least thickness folds the inner
-/// surface over.
+/// `outer`: W x 3, the skin of the region at rest. Throws InputError where the skin crosses itself, and where even the
+/// least thickness folds the inner surface over.
 SoftTissueLayer soft_tissue_layer(const Eigen::Ref<const Points>& outer, const SoftRegion& region,
                                   const SkeletonTree& tree, const LayerOptions& options);
 
