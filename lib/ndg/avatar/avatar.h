@@ -8,6 +8,7 @@
 #include "ndg/body/skeleton.h"
 #include "ndg/core/provenance.h"
 #include "ndg/core/types.h"
+#include "ndg/geometry/affine_map.h"
 
 #include <string>
 #include <vector>
@@ -61,9 +62,6 @@ void write_avatar(const std::string& path, const Avatar& avatar, const Provenanc
 /// Throws InputError naming file, dataset and value for what does not fit together: weights that do not sum to one,
 /// parents that are no tree, tetrahedra that are inverted, thickness outside its bounds.
 Avatar read_avatar(const std::string& path);
-
-/// world = map * [unposed; 1].
-using AffineMap = Eigen::Matrix<double, 3, 4>;
 
 /// Least stretch of the linear parts of an avatar's maps. Blended rotations shrink some direction where they oppose
 /// each other, down to nothing; a map of less stretch than this has its singular values raised to it, continuously,

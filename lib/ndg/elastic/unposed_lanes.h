@@ -3,13 +3,11 @@
 
 #include "ndg/elastic/element_batches.h"
 #include "ndg/elastic/element_sums.h"
+#include "ndg/geometry/affine_map.h"
 
 #include <tuple>
 
 namespace ndg {
-
-/// An affine map of points: x = M (u, 1).
-using AffineMap = Eigen::Matrix<double, 3, 4>;
 
 /// The kernel (lane_term.h) of an energy of unposed positions as a function of world positions (Romero et al. 2020,
 /// section 4.2): of every corner, u = K x + s, with a map of its own. `Inner`: a kernel of one part of forces that is
