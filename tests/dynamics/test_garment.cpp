@@ -22,7 +22,7 @@ constexpr double radius = 0.045, bone = 0.015, length = 0.3;
 test::SoftBody limb()
 {
     return test::brick_body(
-        {2, 18, 14},
+        {2, 14, 10},
         [](const Eigen::Vector3d& s) -> Eigen::Vector3d {
             // A little uneven, for the test of crossings takes edges in one line for crossed.
             const double angle = 2 * M_PI * s[1], uneven = 1 + 0.01 * std::sin(40 * s[2]) * std::cos(5 * angle);
@@ -68,7 +68,7 @@ TEST_CASE("A sleeve is made outside the limb, and as tight at rest as asked for"
     CHECK(girth(garment.worn.vertices, garment.worn.triangles, 0.15) > around);
     CHECK(girth(garment.rest, garment.worn.triangles, 0.15) == Approx(0.9 * around).epsilon(0.02));
     CHECK((garment.rest_at(0) - garment.worn.vertices).norm() == 0);
-    CHECK((garment.rest_at(1) - garment.rest).norm() == 0);
+    CHECK((garment.rest_at(1) - garment.rest).norm() < 1e-14);
     // All of its area faces outwards.
     const Points normals = triangle_normals(garment.worn.vertices, garment.worn.triangles);
     for (Eigen::Index t = 0; t < normals.rows(); ++t) {
@@ -110,7 +110,7 @@ TEST_CASE("A sleeve of nine tenths makes a limb thinner, stays outside of it and
     options.young_pascal = 1e4;
     options.gravity.setZero();
     World world(body, {}, {make_garment(sleeve(), body.rest, body.skin, joint, 2e-3)}, options);
-    world.run(0.5);
+    world.run(0.35);
     const double before = girth(body.rest, body.skin, 0.15), after = girth(world.body_positions(), body.skin, 0.15);
     INFO(before << " m before, " << after << " m after");
     CHECK(after < 0.985 * before);
