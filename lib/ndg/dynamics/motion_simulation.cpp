@@ -37,6 +37,12 @@ int DynamicsOptions::steps_per_frame() const
     return static_cast<int>(whole);
 }
 
+int DynamicsOptions::num_frames(std::size_t num_poses) const
+{
+    const int held_steps = static_cast<int>(std::lround(hold_seconds * step_rate_hertz));
+    return 1 + (static_cast<int>(num_poses) - 1 + held_steps) / steps_per_frame();
+}
+
 void describe(OptionList& list, DynamicsOptions& options)
 {
     list.add("step-rate", options.step_rate_hertz, "time steps a second", 1, 1e5);
@@ -86,13 +92,7 @@ MotionSimulation::MotionSimulation(DrivenBody& body, std::vector<Pose> poses, co
       integrator_(body.elastic(), body.masses(), integrator_options(options))
 {
     require_input(!poses_.empty(), "a motion without poses");
-    const int held_steps = static_cast<int>(std::lround(options.hold_seconds * options.step_rate_hertz));
-    num_frames_ = 1 + (static_cast<int>(poses_.size()) - 1 + held_steps) / options.steps_per_frame();
-}
-
-int MotionSimulation::num_blocks() const
-{
-    return (num_frames_ + options_.frames_per_block - 1) / options_.frames_per_block;
+    num_frames_ = options.num_frames(poses_.size());
 }
 
 const Pose& MotionSimulation::pose_at(int step) const

@@ -30,6 +30,9 @@ struct DynamicsOptions {
 
     /// Steps from one frame to the next. Throws InputError where the frame rate does not divide the step rate.
     int steps_per_frame() const;
+    /// Of a motion of so many poses, one a step.
+    int num_frames(std::size_t num_poses) const;
+    int num_blocks(int num_frames) const { return (num_frames + frames_per_block - 1) / frames_per_block; }
 };
 void describe(OptionList& list, DynamicsOptions& options);
 
@@ -53,7 +56,7 @@ public:
                      StepHook* hook = nullptr);
 
     int num_frames() const { return num_frames_; }
-    int num_blocks() const;
+    int num_blocks() const { return options_.num_blocks(num_frames_); }
     /// Block `index`; `before`: the state at the end of the one before it, none for the first. What it gives depends on
     /// nothing else. Throws Error where the motion cannot go on: energies that are not finite, skinning that collapses.
     DynamicBlock run(int index, const std::optional<DynamicState>& before);

@@ -102,6 +102,27 @@ void simulate_sequence(const DynamicsRun& run, const DynamicSequence& sequence, 
     }
 }
 
+int num_blocks(const DynamicsRun& run, const DynamicSequence& sequence)
+{
+    return run.options.num_blocks(run.options.num_frames(sequence.poses.size()));
+}
+
+/// Blocks of finished sequences that have been lost or damaged since are made again.
+void complete(const DynamicsRun& run, const std::vector<DynamicSequence>& sequences, const PartStore& store,
+              const std::function<bool()>& stop)
+{
+    const int num_vertices = run.make_actor().body->num_vertices();
+    for (const DynamicSequence& sequence : sequences) {
+        if (!store.read(sequence_item(sequence), [](const H5Reader&) {}).empty()) continue;  // failed
+        bool whole = true;
+        for (int b = 0; b < num_blocks(run, sequence); ++b) {
+            whole &= store.find(block_item(sequence, b), [&](const H5Reader& file) { read_block(file, num_vertices); })
+                         .has_value();
+        }
+        if (!whole) simulate_sequence(run, sequence, store, stop);
+    }
+}
+
 /// All frames of the sequences that came through, in order, from their parts.
 DynamicsSet collect(const DynamicsRun& run, const std::vector<DynamicSequence>& sequences, const PartStore& store,
                     const std::string& key, const std::string& output, const Provenance& provenance)
@@ -131,9 +152,9 @@ DynamicsSet collect(const DynamicsRun& run, const std::vector<DynamicSequence>& 
         }
         set.sequence_names.push_back(sequence.name);
         set.frame_begin.push_back(set.num_frames());
-        for (int b = 0;; ++b) {
+        for (int b = 0; b < num_blocks(run, sequence); ++b) {
             const BatchItem item = block_item(sequence, b);
-            if (!store.find(item, read)) break;
+            store.read(item, read);
             blocks.push_back(item);
             set.times.insert(set.times.end(), block.times.begin(), block.times.end());
             for (const auto& [name, values] : block.statistics) {
@@ -232,6 +253,7 @@ DynamicsSet simulate_dynamics(const DynamicsRun& run, const std::vector<DynamicS
         };
     };
     run_batch(store, batch, stop);
+    complete(run, sequences, store, stop);
     DynamicsSet set = collect(run, sequences, store, key, output, provenance);
     store.remove();
     return set;
