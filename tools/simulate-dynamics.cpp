@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ndg/core/error.h"
+#include "ndg/core/hash.h"
 #include "ndg/core/interrupt.h"
 #include "ndg/core/tool.h"
 #include "ndg/dataset/shards.h"
@@ -96,6 +97,19 @@ void write_mesh(const std::string& path, const DynamicsReader& reader, const Sho
     };
     export_meshes(path, sequence);
     fmt::print("{}: {} frames of \"{}\"\n", path, sequence.num_frames, reader.set().sequence_names[0]);
+}
+
+/// Of all surfaces in a scene: those that stand in files of their own are hashed nowhere else.
+std::string shapes_hash(const Scene& scene)
+{
+    std::string bytes;
+    const auto add = [&bytes](const TriangleMesh& mesh) {
+        bytes.append(reinterpret_cast<const char*>(mesh.vertices.data()), sizeof(double) * mesh.vertices.size());
+        bytes.append(reinterpret_cast<const char*>(mesh.triangles.data()), sizeof(int) * mesh.triangles.size());
+    };
+    for (const Obstacle& obstacle : scene.obstacles) add(obstacle.shape);
+    for (const GarmentPlan& garment : scene.garments) add(garment.mesh);
+    return sha256(bytes);
 }
 
 std::string one_line(const std::string& licences)
@@ -197,6 +211,7 @@ int main(int argc, char** argv)
             run.options_key = fmt::format("{} {}", options_key(list), body_idx);
         }
 
+        if (!scene_path.empty()) run.options_key += " " + shapes_hash(scene);
         std::vector<std::string> names;
         if (!clip.empty()) names.push_back(clip);
         const std::vector<DynamicSequence> sequences =

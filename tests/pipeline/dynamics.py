@@ -102,6 +102,16 @@ try:
     check(sunk[1] < -1e-5, f"flesh sinks under gravity: {1e3 * sunk[1]:.3f} mm on average")
     code, text = run([data.bin + "/ndg-info", "--check", heavy])
     check(code == 0 and "layered" in text and "1, " in text and "complete and finite" in text, "ndg-info explains and checks it")
+    # A box far away, in a file that the scene names: another box is another run.
+    boxed, box_scene, box = folder + "/boxed.h5", folder + "/box.json", folder + "/box.obj"
+    with open(box_scene, "w") as file:
+        json.dump({"obstacles": [{"name": "box", "type": "mesh", "file": "box.obj", "position": [5, 0, 0]}]}, file)
+    for size, expected in ((1, 0), (1, 0), (2, 2)):
+        with open(box, "w") as file:
+            file.write("".join(f"v {x * size} {y * size} {z * size}\n" for x, y, z in ((0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1))))
+            file.write("f 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n")
+        code, text = run(command(boxed, "--scene", box_scene, "--clip", names[0]))
+        check(code == expected and (code == 0 or "other inputs" in text), f"with a box of {size} m in a file: exit code {code}")
     for arguments, words in ((("--frame-rate", "50"), "does not divide"), (("--clip", "no such"), "no motion"),
                              (("--body", "99"), "--body 99")):
         code, text = run(command(folder + "/none.h5", *arguments))
