@@ -93,7 +93,7 @@ int main(int argc, char** argv)
             require_input(!poses_path.empty(), "--avatar needs --poses");
             poses = sequences_of(read_poses(poses_path), {}, options.step_rate_hertz)[0].poses;
             poses.resize(std::min(poses.size(), static_cast<std::size_t>(num_steps) + 1));
-            soft = soft_body_of(*avatar, 15e3, 15e3);
+            soft = soft_body_of(*avatar, TissueStiffness());
             poser = poser_of(*avatar);
         }
         SoftTissueBody body(*soft, *poser, tissue, options.density);

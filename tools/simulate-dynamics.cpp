@@ -127,10 +127,12 @@ int main(int argc, char** argv)
         "simulate-dynamics",
         "Moves a body through motions with inertia: its flesh lags, swings and bears loads. Resumable within a motion.",
         "simulate-dynamics --avatar avatar.h5 --poses jump.h5 --output jump-dynamics.h5 --mesh jump.glb");
-    std::string avatar_path, template_path, bodies_path, poses_path, scene_path, output, mesh, clip, shard_text = "0/1";
+    std::string avatar_path, template_path, bodies_path, poses_path, scene_path, stiffness_path, output, mesh, clip,
+        shard_text = "0/1";
     std::string model = "soft-tissue";
     int body_idx = 0, join = 0;
-    double young_normal = 15e3, young_tangent = 15e3, min_converged = 0.99;
+    double min_converged = 0.99;
+    TissueStiffness stiffness;
     DynamicsOptions options;
     ContactSceneOptions contact;
     TissueOptions tissue;
@@ -138,6 +140,8 @@ int main(int argc, char** argv)
     tool.input("avatar", avatar_path, "avatar of soft tissue (make-avatar)", false);
     tool.input("template", template_path, "template of a layered body", false);
     tool.input("bodies", bodies_path, "layered bodies; the template's own without it", false);
+    tool.input("stiffness-field", stiffness_path,
+               "JSON: moduli at the avatar's control points, in place of --young-normal and --young-tangent", false);
     tool.input("poses", poses_path, "motions on our skeleton, each clip one (import-motion)");
     tool.input("scene", scene_path, "JSON: gravity, loads, obstacles, garments", false);
     tool.output("output", output, "vertices over time; a shard i of n goes to <output>.shards/<i>-of-<n>.h5", true,
@@ -149,9 +153,9 @@ int main(int argc, char** argv)
     tool.parameter("clip", clip, "this clip of --poses alone");
     tool.parameter("shard", shard_text, "i/n: only every n-th motion from i on");
     tool.parameter("join", join, "simulate nothing: put the results of so many shards together as --output", 0, 100000);
-    tool.parameter("young-normal", young_normal, "Young's modulus of the soft tissue along the skin's normal, Pa", 1.0,
-                   1e9);
-    tool.parameter("young-tangent", young_tangent, "and along the skin, Pa", 1.0, 1e9);
+    tool.parameter("young-normal", stiffness.young_normal_pascal[0],
+                   "Young's modulus of the soft tissue along the skin's normal, Pa", 1.0, 1e9);
+    tool.parameter("young-tangent", stiffness.young_tangent_pascal[0], "and along the skin, Pa", 1.0, 1e9);
     tool.options(tissue);
     tool.options(options);
     tool.options(contact);
@@ -179,16 +183,18 @@ int main(int argc, char** argv)
         describe(list, contact);
         if (soft) {
             avatar = read_avatar(avatar_path);
+            if (!stiffness_path.empty()) read_stiffness(stiffness_path, *avatar, stiffness);
             run.make_actor = [&] {
                 DynamicActor actor;
-                actor.body = InteractingBody::among(
-                    std::make_unique<SoftTissueBody>(soft_body_of(*avatar, young_normal, young_tangent),
-                                                     poser_of(*avatar), tissue, options.density),
-                    scene, contact, actor.hook);
+                actor.body =
+                    InteractingBody::among(std::make_unique<SoftTissueBody>(soft_body_of(*avatar, stiffness),
+                                                                            poser_of(*avatar), tissue, options.density),
+                                           scene, contact, actor.hook);
                 return actor;
             };
             describe(list, tissue);
-            run.options_key = fmt::format("{} {} {}", options_key(list), young_normal, young_tangent);
+            run.options_key = fmt::format("{} {} {}", options_key(list), fmt::join(stiffness.young_normal_pascal, ","),
+                                          fmt::join(stiffness.young_tangent_pascal, ","));
         } else {
             body_template = read_template(template_path);
             if (bodies_path.empty()) {

@@ -2,6 +2,8 @@
 // An avatar as a body that a motion drives.
 #include "soft_shapes.h"
 
+#include "ndg/core/error.h"
+#include "ndg/core/file.h"
 #include "ndg/dynamics/avatar_body.h"
 #include "ndg/dynamics/motion_simulation.h"
 
@@ -31,7 +33,7 @@ TEST_CASE("An avatar's soft tissue follows its own skinning and comes to rest in
         avatar.pose_directions(0, k) = 0.01f * std::sin(static_cast<float>(k));
     }
 
-    const SoftBody tissue = soft_body_of(avatar, 8e3, 15e3);
+    const SoftBody tissue = soft_body_of(avatar, TissueStiffness{{8e3}, {15e3}});
     REQUIRE_NOTHROW(tissue.check());
     REQUIRE(tissue.young_normal_pascal[5] == 8e3);
     REQUIRE(tissue.young_tangent_pascal[5] == 15e3);
@@ -55,4 +57,33 @@ TEST_CASE("An avatar's soft tissue follows its own skinning and comes to rest in
     const std::vector<float>& at_stop = block.vertices[6];
     const Points early = Eigen::Map<const RowMatrixF>(at_stop.data(), avatar.rest.rows(), 3).cast<double>();
     REQUIRE((early - skinned).rowwise().norm().maxCoeff() > 1e-3);
+}
+
+TEST_CASE("Moduli at an avatar's control points are carried to its vertices as the avatar says")
+{
+    Avatar avatar;
+    avatar.name = "two points";
+    avatar.rest = Points::Zero(3, 3);
+    avatar.control_weights = (RowMatrix(3, 2) << 1, 0, 0, 1, 0.25, 0.75).finished();
+    const SoftBody body = soft_body_of(avatar, {{4e3, 8e3}, {10e3}});
+    REQUIRE(body.young_normal_pascal.isApprox(Eigen::Vector3d(4e3, 8e3, 7e3)));
+    REQUIRE(body.young_tangent_pascal.isApprox(Eigen::Vector3d::Constant(10e3)));
+    REQUIRE_THROWS_WITH(soft_body_of(avatar, {{1e3, 2e3, 3e3}, {1e3}}), Catch::Contains("3 moduli for the 2 control"));
+
+    const test::TemporaryFolder folder;
+    const std::string path = folder.file("stiffness.json");
+    TissueStiffness stiffness;
+    write_file(path, R"({"young_normal_pascal": [5000, 6000]})");
+    read_stiffness(path, avatar, stiffness);
+    REQUIRE(stiffness.young_normal_pascal == std::vector<double>{5000, 6000});
+    REQUIRE(stiffness.young_tangent_pascal == std::vector<double>{15e3});
+    write_file(path, R"({"young_tangent_pascal": 9000})");
+    read_stiffness(path, avatar, stiffness);
+    REQUIRE(stiffness.young_tangent_pascal == std::vector<double>{9000});
+    for (const char* bad : {R"({"young_normal_pascal": [5000]})", R"({"young_normal_pascal": [5000, -1]})",
+                            R"({"young_modulus": 5000})", R"({"young_tangent_pascal": "soft"})"}) {
+        write_file(path, bad);
+        INFO(bad);
+        REQUIRE_THROWS_AS(read_stiffness(path, avatar, stiffness), InputError);
+    }
 }
