@@ -10,9 +10,9 @@ DYNAMICS_AVATAR = $(OUT)/avatar/$(firstword $(AVATAR)).h5
 DYNAMICS = $(OUT)/dynamics
 
 .PHONY: dynamics
-dynamics: dynamics-tools ## an avatar's soft tissue in motion with inertia, out/<preset>/dynamics/{dynamics.h5,motion.glb}; [AVATAR=body_0000 DYNAMICS_MOTION=<file> SCENE=<file>]
+dynamics: dynamics-tools ## an avatar's soft tissue in motion with inertia, out/<preset>/dynamics/{dynamics.h5,motion.glb,frames.png}; [AVATAR=body_0000 DYNAMICS_MOTION=<file> SCENE=<file>]
 	@$(MAKE) --no-print-directory $(DYNAMICS)/dynamics.h5
-	@echo "$(DYNAMICS)/motion.glb"
+	@echo "$(DYNAMICS)/motion.glb, $(DYNAMICS)/frames.png"
 
 DYNAMICS_CHOICE = $(DYNAMICS)/choice-$(firstword $(shell echo '$(DYNAMICS_MOTION) $(DYNAMICS_RATE) $(SCENE) $(AVATAR)' | md5sum))
 $(DYNAMICS_CHOICE):
@@ -25,4 +25,4 @@ $(DYNAMICS)/motion.h5: $(OUT)/template.h5 $(DYNAMICS_MOTION) $(DYNAMICS_CHOICE)
 
 $(DYNAMICS)/dynamics.h5: $(DYNAMICS_AVATAR) $(DYNAMICS)/motion.h5 $(SCENE) $(call OPTIONS_OF,simulate-dynamics)
 	$(STAGE) simulate-dynamics $(BIN)/simulate-dynamics $(RUN) --avatar $(DYNAMICS_AVATAR) --poses $(DYNAMICS)/motion.h5 \
-	    $(if $(SCENE),--scene $(SCENE)) --frame-rate $(DYNAMICS_RATE) --output $@ --mesh $(DYNAMICS)/motion.glb
+	    $(if $(SCENE),--scene $(SCENE)) --frame-rate $(DYNAMICS_RATE) --output $@ --mesh $(DYNAMICS)/motion.glb --picture $(DYNAMICS)/frames.png

@@ -4,6 +4,7 @@
 #include "ndg/core/interrupt.h"
 #include "ndg/core/tool.h"
 #include "ndg/dataset/shards.h"
+#include "ndg/display/sequence_picture.h"
 #include "ndg/dynamics/avatar_body.h"
 
 #include "ndg/dynamics/interacting_body.h"
@@ -51,9 +52,9 @@ Shown moving_skin(const DynamicsSet& set)
     return shown;
 }
 
-/// The skin, and what the body is `among`, if anything.
-void write_mesh(const std::string& path, const DynamicsReader& reader, const Shown& shown, const InteractingBody* among,
-                const std::string& credits)
+/// The skin, and what the body is `among`, if anything. Keeps references.
+MeshSequence first_motion(const DynamicsReader& reader, const Shown& shown, const InteractingBody* among,
+                          const std::string& credits)
 {
     const auto [begin, end] = reader.set().frames_of(0);
     ExportedMesh mesh;
@@ -86,7 +87,7 @@ void write_mesh(const std::string& path, const DynamicsReader& reader, const Sho
     sequence.num_frames = end - begin;
     sequence.frame_rate = reader.set().frame_rate_hertz;
     sequence.credits = credits;
-    sequence.frame = [&, first = begin](int frame_idx) {
+    sequence.frame = [&reader, &shown, rows, first = begin](int frame_idx) {
         const Points positions = reader.frame(first + frame_idx);
         std::vector<MeshFrame> frames(1 + rows.size());
         frames[0].vertices = shown.vertices(frame_idx, positions);
@@ -95,8 +96,7 @@ void write_mesh(const std::string& path, const DynamicsReader& reader, const Sho
         }
         return frames;
     };
-    export_meshes(path, sequence);
-    fmt::print("{}: {} frames of \"{}\"\n", path, sequence.num_frames, reader.set().sequence_names[0]);
+    return sequence;
 }
 
 /// Of all surfaces in a scene: those that stand in files of their own are hashed nowhere else.
@@ -127,8 +127,8 @@ int main(int argc, char** argv)
         "simulate-dynamics",
         "Moves a body through motions with inertia: its flesh lags, swings and bears loads. Resumable within a motion.",
         "simulate-dynamics --avatar avatar.h5 --poses jump.h5 --output jump-dynamics.h5 --mesh jump.glb");
-    std::string avatar_path, template_path, bodies_path, poses_path, scene_path, stiffness_path, output, mesh, clip,
-        shard_text = "0/1";
+    std::string avatar_path, template_path, bodies_path, poses_path, scene_path, stiffness_path, output, mesh, picture,
+        clip, shard_text = "0/1";
     std::string model = "soft-tissue";
     int body_idx = 0, join = 0;
     double min_converged = 0.99;
@@ -137,6 +137,7 @@ int main(int argc, char** argv)
     ContactSceneOptions contact;
     TissueOptions tissue;
     SimulationOptions layered;
+    SequencePictureOptions pictured;
     tool.input("avatar", avatar_path, "avatar of soft tissue (make-avatar)", false);
     tool.input("template", template_path, "template of a layered body", false);
     tool.input("bodies", bodies_path, "layered bodies; the template's own without it", false);
@@ -147,6 +148,7 @@ int main(int argc, char** argv)
     tool.output("output", output, "vertices over time; a shard i of n goes to <output>.shards/<i>-of-<n>.h5", true,
                 true);
     tool.output("mesh", mesh, "the skin in the first motion, by extension: .glb, .usda, ...", false);
+    tool.output("picture", picture, "PNG file of frames of the first motion", false);
     tool.parameter("model", model, "soft-tissue: an avatar's; layered: muscle, fat and skin of a layered body",
                    std::vector<std::string>{"soft-tissue", "layered"});
     tool.parameter("body", body_idx, "which of --bodies", 0, 1 << 30);
@@ -161,6 +163,7 @@ int main(int argc, char** argv)
     tool.options(contact);
     tool.options(layered.posing);
     tool.options(layered.material);
+    tool.options(pictured);
     tool.parameter("min-converged", min_converged, "smallest share of converged frames for exit code 0", 0, 1);
     return tool.run(argc, argv, [&] {
         catch_interrupts();
@@ -228,7 +231,7 @@ int main(int argc, char** argv)
             join > 0 ? join_dynamics(output, join, provenance)
                      : simulate_dynamics(run, sequences, path, provenance, interrupt_requested, tool.force());
         fmt::print("{}: {}", path, dynamics_report(set));
-        if (!mesh.empty()) {
+        if (!mesh.empty() || !picture.empty()) {
             Shown shown = moving_skin(set);
             const DynamicActor actor = run.make_actor();
             const auto* among = dynamic_cast<const InteractingBody*>(actor.body.get());
@@ -244,7 +247,13 @@ int main(int argc, char** argv)
                                                              positions.middleRows(body_begin, avatar->num_vertices()));
                 };
             }
-            write_mesh(mesh, DynamicsReader(path), shown, among, one_line(merged_licences(provenance)));
+            const DynamicsReader reader(path);
+            const MeshSequence sequence = first_motion(reader, shown, among, one_line(merged_licences(provenance)));
+            if (!mesh.empty()) {
+                export_meshes(mesh, sequence);
+                fmt::print("{}: {} frames of \"{}\"\n", mesh, sequence.num_frames, set.sequence_names[0]);
+            }
+            if (!picture.empty()) write_png(picture, sequence_picture(sequence, pictured));
         }
         require_converged(set, min_converged);
     });
