@@ -197,7 +197,7 @@ class Campaign:
             errors = [line for line in text.splitlines() if "error:" in line or "Sanitizer" in line or "terminate" in line]
             if outcome == "crash" and result.returncode == 1 and len(errors) == 1 and "memory" in errors[0]:
                 outcome = "out of memory"  # said in one line
-            elif outcome == "refused" and (len(errors) != 1 or source.name not in text):
+            elif outcome == "refused" and (len(errors) != 1 or source.stem not in text):
                 outcome = "unclear"
             elif outcome == "refused" and any(ord(c) < 32 and c != "\n" for c in text):
                 outcome = "unclear"

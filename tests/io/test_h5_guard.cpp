@@ -12,6 +12,7 @@
 
 #include <algorithm>
 #include <csignal>
+#include <cstdlib>
 #include <functional>
 
 using namespace ndg;
@@ -71,6 +72,17 @@ TEST_CASE("a fault while HDF5 reads a file ends the process with one line that n
         CHECK_THAT(ending.text, Catch::Contains("error: damaged.h5: is damaged"));
         CHECK(std::count(ending.text.begin(), ending.text.end(), '\n') == 1);
     }
+}
+
+TEST_CASE("so does a heap that the library has overwritten")
+{
+    const Ending ending = ending_of([] {
+        ::signal(SIGABRT, SIG_DFL);
+        const h5::ReadingGuard guard("damaged.h5");
+        std::abort();
+    });
+    CHECK(ending.exit_code == 2);
+    CHECK_THAT(ending.text, Catch::Contains("error: damaged.h5: is damaged"));
 }
 
 TEST_CASE("a fault anywhere else is a fault")

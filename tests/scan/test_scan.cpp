@@ -84,6 +84,16 @@ TEST_CASE("what is no scan of a person is refused")
     CHECK_THROWS_AS(prepare_scan("scan", Points::Zero(3000, 3), none, {}), InputError);
 }
 
+TEST_CASE("coordinates that are no places on a person are refused at once")
+{
+    const SkinnedSurface& skin = test::template_skin();
+    for (const double far : {1e8, -1e30, 1e300}) {
+        Points vertices = skin.vertices;
+        vertices(vertices.rows() / 2, 1) = far;
+        CHECK_THROWS_WITH(prepare_scan("scan", vertices, skin.triangles, {}), Catch::Contains("no place on a person"));
+    }
+}
+
 TEST_CASE("a floor is found and cut away, a person's own surface never")
 {
     const SkinnedSurface& skin = test::template_skin();

@@ -58,7 +58,8 @@ void catch_faults()
     struct sigaction action = {};
     action.sa_handler = end_at_fault;
     action.sa_flags = SA_ONSTACK;
-    for (const int signal : {SIGSEGV, SIGBUS, SIGFPE}) ::sigaction(signal, &action, nullptr);
+    // Abort: the C library's, where it finds its heap overwritten.
+    for (const int signal : {SIGSEGV, SIGBUS, SIGFPE, SIGABRT}) ::sigaction(signal, &action, nullptr);
 }
 
 /// Watches those that look something up, in a thread of its own. Lives as long as the process.

@@ -29,6 +29,8 @@ constexpr double min_extent = 1.2, max_extent = 2.9;
 /// With a given unit, sizes that are no person at all, m.
 constexpr double least_extent = 0.4, greatest_extent = 4.0;
 constexpr std::size_t min_points = 500;
+/// In any unit. Triangles that reach farther would be split into more pieces than a machine holds.
+constexpr double largest_coordinate = 1e7;
 /// Edges of a mesh are split until they are shorter than this share of its size: before floor and stray parts are
 /// looked for, and for the points that are registered (10 mm for a person of 1.75 m).
 constexpr double coarse_edge = 0.02, fine_edge = 0.006;
@@ -251,6 +253,9 @@ ScanPoints prepare_scan(const std::string& name, const Eigen::Ref<const Points>&
     scan.file_points = static_cast<std::size_t>(vertices.rows());
     scan.is_cloud = triangles.rows() == 0;
     require_input(vertices.allFinite(), "{}: holds a vertex that is not finite", name);
+    require_input(vertices.size() == 0 || vertices.cwiseAbs().maxCoeff() <= largest_coordinate,
+                  "{}: holds a coordinate of {:g}, which is no place on a person in any unit", name,
+                  vertices.cwiseAbs().maxCoeff());
     require_input(scan.file_points >= min_points, "{}: has {} points, fewer than {}", name, scan.file_points,
                   min_points);
     Triangles mesh = triangles;
