@@ -34,7 +34,7 @@ struct MotionImportOptions {
     bool interpolate = false;
     double source_rate = 0.0;  ///< Hz, of the files; 0: as they say
     /// Degrees; a clip disagrees with its source where a segment points elsewhere by more in the mean.
-    double max_segment_error = 15.0;
+    double max_segment_error = 25.0;
 };
 void describe(OptionList& list, MotionImportOptions& options);
 
