@@ -18,6 +18,9 @@ namespace ndg {
 
 namespace {
 
+/// What rigs call the end of a foot differs by as much.
+constexpr double foot_allowance_degrees = 10;
+
 std::string conventions_line(const RetargetReport& report)
 {
     return fmt::format("{}: unit {:.4g} m ({}), performer {:.2f} m tall; up {}, front {} ({}); {:.4g} Hz{}",
@@ -156,8 +159,15 @@ private:
             log_warning("{}", left_out_);
         }
         if (report.num_poses == 0) log_warning("{}: no pose is left", report.clip_name);
-        const SegmentError* worst = report.worst_segment();
-        if (worst == nullptr || worst->mean <= options_.max_segment_error * radians_per_degree) return;
+        const SegmentError* worst = nullptr;
+        const auto excess = [&](const SegmentError& error) {
+            const bool is_foot = error.segment.find("foot") != std::string::npos;
+            return error.mean / radians_per_degree - options_.max_segment_error -
+                   (is_foot ? foot_allowance_degrees : 0);
+        };
+        for (const SegmentError& error : report.segment_errors)
+            if (excess(error) > 0 && (worst == nullptr || excess(error) > excess(*worst))) worst = &error;
+        if (worst == nullptr) return;
         result_.disagreements.push_back(
             fmt::format("{}: {} points {:.0f} degrees elsewhere than the source's in the mean, more than {:g}; look at "
                         "the joint map "
@@ -254,7 +264,7 @@ void describe(OptionList& list, MotionImportOptions& options)
     list.add("source-rate", options.source_rate, "frames a second of the files (Hz), 0: as they say", 0, 1000);
     list.add("max-segment-error", options.max_segment_error,
              "a clip disagrees with its source where limbs, trunk, hips or shoulders point elsewhere by more in the "
-             "mean (degrees)",
+             "mean, feet by 10 more (degrees)",
              0, 180);
 }
 
