@@ -33,7 +33,8 @@ struct MotionImportOptions {
     /// those frames of the file are kept that lie nearest.
     bool interpolate = false;
     double source_rate = 0.0;  ///< Hz, of the files; 0: as they say
-    /// Degrees; a clip disagrees with its source where a segment points elsewhere by more in the mean; feet by ten more.
+    /// Degrees; a clip disagrees with its source where a segment points elsewhere by more in the mean; feet by ten
+    /// more.
     double max_segment_error = 15.0;
 };
 void describe(OptionList& list, MotionImportOptions& options);
