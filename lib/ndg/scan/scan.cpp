@@ -253,11 +253,11 @@ ScanPoints prepare_scan(const std::string& name, const Eigen::Ref<const Points>&
     scan.file_points = static_cast<std::size_t>(vertices.rows());
     scan.is_cloud = triangles.rows() == 0;
     require_input(vertices.allFinite(), "{}: holds a vertex that is not finite", name);
-    require_input(vertices.size() == 0 || vertices.cwiseAbs().maxCoeff() <= largest_coordinate,
-                  "{}: holds a coordinate of {:g}, which is no place on a person in any unit", name,
-                  vertices.cwiseAbs().maxCoeff());
     require_input(scan.file_points >= min_points, "{}: has {} points, fewer than {}", name, scan.file_points,
                   min_points);
+    require_input(vertices.cwiseAbs().maxCoeff() <= largest_coordinate,
+                  "{}: holds a coordinate of {:g}, which is no place on a person in any unit", name,
+                  vertices.cwiseAbs().maxCoeff());
     Triangles mesh = triangles;
     if (!scan.is_cloud) {
         join_parts(scan.points, mesh);
