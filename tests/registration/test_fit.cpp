@@ -177,8 +177,10 @@ TEST_CASE("what is not one whole person does not pass the gate")
             for (const double z : {-0.33, 0.33}) add_ellipsoid({x, 0.3, z}, {0.05, 0.3, 0.05}, vertices, triangles);
         }
         const FittedBody fitted = fitter.fit("dog", prepare_scan("dog", vertices, triangles, metres));
-        CHECK(fitted.report.coverage < 0.8);  // a person has 0.9; where it ends depends on how sums round
-        CHECK(!fitted.report.defects.empty());
+        CHECK(fitted.report.coverage < 0.8);  // 0.72 seen; a person has 0.9 and more
+        CHECK(std::any_of(fitted.report.defects.begin(), fitted.report.defects.end(), [](const std::string& defect) {
+            return defect.find("lies near the skin") != std::string::npos;
+        }));
     }
     SECTION("two people")
     {
