@@ -59,7 +59,7 @@ tools pipeline-tools avatar-tools dynamics-tools:
 # The daemons of the Slurm test need root, as their installation does; elsewhere that test skips with a line.
 test: build ## build and run all tests (Release); DATA=<folder> adds those on real bodies and motions
 	@test "$$(id -u)" != 0 || pipelines/install-packages.sh --quiet slurm-wlm munge
-	ctest --test-dir $(BUILD) --output-on-failure --no-tests=error
+	ctest --test-dir $(BUILD) -j $(JOBS) --output-on-failure --no-tests=error
 
 # ParaView's Python brings a VTK that reads XDMF, which Debian's python3-vtk9 does not.
 test-export: build ## files for other programs, read back by ParaView, Blender, the Khronos validator and numpy (installs them)
@@ -79,7 +79,7 @@ test-asan: ## the tests that need no libtorch, under address and undefined-behav
 	@pipelines/install-packages.sh --quiet
 	@cmake -S . -B build/asan $(CMAKE_FLAGS) -DCMAKE_BUILD_TYPE=Sanitize -DNDG_SANITIZE=ON -DNDG_WITH_TORCH=OFF > /dev/null
 	@cmake --build build/asan -j $(JOBS)
-	ctest --test-dir build/asan --output-on-failure --no-tests=error
+	ctest --test-dir build/asan -j $(JOBS) --output-on-failure --no-tests=error
 
 include pipelines/dataset.mk
 include pipelines/bodies.mk
