@@ -72,8 +72,8 @@ CAMPAIGN = tests/campaign
 test-campaign: build ## 10 000 damaged inputs, 100 kills, full disks: what users' files and bad days do (20 min)
 	@$(MAKE) --no-print-directory make-tables PRESET=smoke LEAVE_OUT="$(SLOWER_METHODS)" > /dev/null
 	/usr/bin/python3 $(CAMPAIGN)/damaged_inputs.py $(BIN) out/smoke configs --keep out/campaign
-	/usr/bin/python3 $(CAMPAIGN)/kills.py $(BUILD)
-	/usr/bin/python3 $(CAMPAIGN)/full_disks.py $(BUILD) .
+	/usr/bin/python3 $(CAMPAIGN)/kills.py $(BUILD) out/smoke
+	/usr/bin/python3 $(CAMPAIGN)/full_disks.py $(BUILD) . out/smoke
 
 test-asan: ## the tests that need no libtorch, under address and undefined-behaviour sanitizers
 	@pipelines/install-packages.sh --quiet
