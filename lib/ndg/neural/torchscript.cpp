@@ -2,7 +2,7 @@
 #include "ndg/neural/torchscript.h"
 
 #include "ndg/core/error.h"
-#include "ndg/core/file.h"
+#include "ndg/core/stream_file.h"
 #include "ndg/io/licences.h"
 #include "ndg/neural/model_state.h"
 
@@ -128,14 +128,15 @@ std::string metadata(const NeuralModel& model, const NeuralModel::State& state, 
 
 void write_torchscript(const std::string& path, NeuralModel& model, const Provenance& provenance)
 {
-    const std::string temporary = temporary_name(path);
-    try {
-        const Script script(model);
-        script.module().save(temporary, {{"metadata.json", metadata(model, model.state(), provenance)}});
-    } catch (const c10::Error& error) {
-        throw Error(fmt::format("{}: the TorchScript was not written: {}", temporary, error.what_without_backtrace()));
-    }
-    replace_file(temporary, path);
+    // Into a stream: what is saved under a name holds that name, which is another one every time.
+    write_stream(path, [&](std::ostream& stream) {
+        try {
+            const Script script(model);
+            script.module().save(stream, {{"metadata.json", metadata(model, model.state(), provenance)}});
+        } catch (const c10::Error& error) {
+            throw Error(fmt::format("{}: the TorchScript was not written: {}", path, error.what_without_backtrace()));
+        }
+    });
 }
 
 }  // namespace ndg
