@@ -11,6 +11,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <csignal>
 #include <filesystem>
 #include <fstream>
 
@@ -125,4 +126,31 @@ TEST_CASE("a damaged checkpoint is refused, one that memory does not suffice for
     CHECK(outcome(100'000'000) == said_memory);
     std::filesystem::resize_file(path, std::filesystem::file_size(path) / 2);
     CHECK_THROWS_AS(read_checkpoint(path), InputError);
+}
+
+TEST_CASE("a disk that fills up while a checkpoint is written is an error, and nothing is left")
+{
+    const TemporaryFolder folder;
+    const std::string path = folder.file("checkpoint");
+    const pid_t child = fork();
+    if (child == 0) {
+        std::signal(SIGXFSZ, SIG_IGN);
+        const rlimit bounds{100'000, 100'000};
+        setrlimit(RLIMIT_FSIZE, &bounds);
+        int result = 1;
+        try {
+            write_checkpoint(path, some_checkpoint());
+        } catch (const Error& error) {
+            result = std::string(error.what()).find("File too large") == std::string::npos ? 2 : 0;
+        } catch (...) {
+            result = 3;
+        }
+        _exit(result);
+    }
+    int status = -1;
+    waitpid(child, &status, 0);
+    REQUIRE(WIFEXITED(status));
+    CHECK(WEXITSTATUS(status) == 0);
+    CHECK(!std::filesystem::exists(path));
+    CHECK(!std::filesystem::exists(path + ".tmp"));
 }

@@ -2,13 +2,17 @@
 #include "ndg/neural/checkpoint.h"
 
 #include "ndg/core/error.h"
+#include "ndg/neural/archive_stream.h"
 
 #include <torch/serialize/input-archive.h>
 #include <torch/serialize/output-archive.h>
 #include <nlohmann/json.hpp>
 
+#include <cerrno>
 #include <chrono>
+#include <cstring>
 #include <filesystem>
+#include <fstream>
 #include <new>
 #include <system_error>
 
@@ -94,7 +98,16 @@ void write_checkpoint(const std::string& path, const Checkpoint& checkpoint)
         add("average", checkpoint.averages);
         add("best_parameter", checkpoint.best_parameters);
         add("basis", checkpoint.bases);
-        archive.save_to(temporary);
+        std::ofstream file(temporary, std::ios::binary);
+        ArchiveStream stream(file);
+        archive.save_to(stream);
+        file.close();
+        if (!file) {
+            const std::string reason = std::strerror(errno);
+            std::error_code ignored;
+            std::filesystem::remove(temporary, ignored);
+            throw Error(fmt::format("{}: the checkpoint was not written: {}", temporary, reason));
+        }
     } catch (const c10::Error& error) {
         throw Error(fmt::format("{}: the checkpoint was not written: {}", temporary, error.what_without_backtrace()));
     }

@@ -4,6 +4,7 @@
 #include "ndg/core/error.h"
 #include "ndg/core/stream_file.h"
 #include "ndg/io/licences.h"
+#include "ndg/neural/archive_stream.h"
 #include "ndg/neural/model_state.h"
 
 #include <torch/csrc/jit/api/module.h>
@@ -132,7 +133,8 @@ void write_torchscript(const std::string& path, NeuralModel& model, const Proven
     write_stream(path, [&](std::ostream& stream) {
         try {
             const Script script(model);
-            script.module().save(stream, {{"metadata.json", metadata(model, model.state(), provenance)}});
+            ArchiveStream archive(stream);
+            script.module().save(archive, {{"metadata.json", metadata(model, model.state(), provenance)}});
         } catch (const c10::Error& error) {
             throw Error(fmt::format("{}: the TorchScript was not written: {}", path, error.what_without_backtrace()));
         }
