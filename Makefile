@@ -29,7 +29,7 @@ SHELL := /bin/bash
 BIN := $(BUILD)/bin
 CMAKE_FLAGS = -G Ninja $(if $(DATA),-DNDG_DATA="$(abspath $(DATA))")
 
-.PHONY: help deps build tools pipeline-tools avatar-tools dynamics-tools test test-export test-campaign test-asan demo templates bodies poses dataset train tables bench format format-check tidy clean
+.PHONY: help deps build tools pipeline-tools avatar-tools dynamics-tools test test-export test-campaign build-asan test-asan test-asan-slow demo templates bodies poses dataset train tables bench format format-check tidy clean
 
 help: ## list the targets and variables
 	@printf 'Targets:\n'; grep -hE '^[a-z0-9-]+:.*## ' $(MAKEFILE_LIST) | sort | sed -E 's/^([a-z0-9-]+):.*## /  \1\t/' | expand -t 16
@@ -72,14 +72,20 @@ CAMPAIGN = tests/campaign
 test-campaign: build ## 10 000 damaged inputs, 100 kills, full disks: what users' files and bad days do (20 min)
 	@$(MAKE) --no-print-directory make-tables PRESET=smoke LEAVE_OUT="$(SLOWER_METHODS)" > /dev/null
 	/usr/bin/python3 $(CAMPAIGN)/damaged_inputs.py $(BIN) out/smoke configs --keep out/campaign
-	/usr/bin/python3 $(CAMPAIGN)/kills.py $(BUILD)
-	/usr/bin/python3 $(CAMPAIGN)/full_disks.py $(BUILD) .
+	/usr/bin/python3 $(CAMPAIGN)/kills.py $(BUILD) out/smoke
+	/usr/bin/python3 $(CAMPAIGN)/full_disks.py $(BUILD) . out/smoke
 
-test-asan: ## the tests that need no libtorch, under address and undefined-behaviour sanitizers
+# Cases tagged [slow] (whole bodies built and fitted) take longer there than all others together.
+build-asan:
 	@pipelines/install-packages.sh --quiet
 	@cmake -S . -B build/asan $(CMAKE_FLAGS) -DCMAKE_BUILD_TYPE=Sanitize -DNDG_SANITIZE=ON -DNDG_WITH_TORCH=OFF > /dev/null
 	@cmake --build build/asan -j $(JOBS)
-	ctest --test-dir build/asan -j $(JOBS) --output-on-failure --no-tests=error
+
+test-asan: build-asan ## the tests that need no libtorch, under address and undefined-behaviour sanitizers, but for the slow ones
+	ctest --test-dir build/asan -j $(JOBS) --output-on-failure --no-tests=error -LE slow
+
+test-asan-slow: build-asan ## those that test-asan leaves out: an hour and more
+	ctest --test-dir build/asan -j $(JOBS) --output-on-failure --no-tests=error -L slow
 
 include pipelines/dataset.mk
 include pipelines/bodies.mk

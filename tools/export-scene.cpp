@@ -9,6 +9,7 @@
 #include "ndg/display/body_volume.h"
 #include "ndg/display/sample_frames.h"
 #include "ndg/export/export_meshes.h"
+#include "ndg/io/credits.h"
 #include "ndg/scene/contact_sheet.h"
 #include "ndg/scene/error_pictures.h"
 #include "ndg/scene/pictures.h"
@@ -371,6 +372,7 @@ int main(int argc, char** argv)
             write_video(video_path,
                         Video(video_motion(select_frames(asked, num_frames, inputs), section, settings, inputs), video),
                         video.quality);
+            write_credits_beside(video_path, credits_of(tool.provenance()));
             std::cout << video_path << "\n";
         }
         if (picture_path.empty()) return;
@@ -404,6 +406,7 @@ int main(int argc, char** argv)
             write_png(picture_path, errors_picture(body_template, files, split, error_range_mm, settings));
         if (kind == "bodies") write_png(picture_path, bodies_picture(body_template, bodies, count, settings));
         if (kind == "poses") write_png(picture_path, poses_picture(poser, bodies, asked.body_idx, poses, count, sheet));
+        add_png_credits(picture_path, credits_of(tool.provenance()));
         std::cout << picture_path << "\n";
     });
 }

@@ -11,7 +11,9 @@ SBATCH_OPTIONS  ?=
 TRAIN_PARTITION ?= $(PARTITION)
 TRAIN_TIME      ?= 12:00:00
 TRAIN_CPUS      ?= 4
-TRAIN_MEMORY    ?= 8G
+# 9.3 GB for the weights of the paper's size, the cache, the libraries and the samples being read (docs/performance.md).
+TRAIN_MEMORY_paper = 24G
+TRAIN_MEMORY    ?= $(or $(TRAIN_MEMORY_$(PRESET)),8G)
 TRAIN_OPTIONS   ?=
 
 .PHONY: slurm slurm-status

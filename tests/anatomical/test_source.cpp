@@ -118,7 +118,7 @@ void check_registered(std::vector<AnatomyMesh> parts, const MakeHuman& body, dou
 
 }  // namespace
 
-TEST_CASE("Real bones and muscles are read whole, closed and named, and come to lie in male and female skins")
+TEST_CASE("Real bones and muscles are read whole, closed and named, and come to lie in male and female skins", "[slow]")
 {
     const std::string folder = test::data_folder();
     if (folder.empty()) return;

@@ -160,7 +160,7 @@ TEST_CASE("Parts that are damaged, of another item or of a worker that stopped h
     CHECK_FALSE(store.find(item, [](const H5Reader&) {}));
 }
 
-TEST_CASE("One process at a time, and parts of another key are kept unless they are to be discarded")
+TEST_CASE("One process at a time, and parts of another key are refused or set aside")
 {
     Squares squares;
     {
@@ -173,10 +173,14 @@ TEST_CASE("One process at a time, and parts of another key are kept unless they 
     CHECK_THROWS_WITH(PartStore(squares.output, square_parts, "another key", false),
                       Contains("holds 10 squares") && Contains("--force"));
     {
-        const PartStore store(squares.output, square_parts, "key", true);  // nothing to discard
+        const PartStore store(squares.output, square_parts, "key", true);  // nothing to set aside
         CHECK(run_batch(store, squares.batch, never) == 10);
     }
     const PartStore store(squares.output, square_parts, "another key", true);
+    const auto parts_in = [](const std::string& folder) {
+        return std::distance(std::filesystem::directory_iterator(folder), {});
+    };
+    CHECK(parts_in(squares.output + ".parts.1") == 10);
     CHECK(run_batch(store, squares.batch, never) == 0);
     CHECK(squares.results(store) == expected);
 

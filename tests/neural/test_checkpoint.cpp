@@ -7,7 +7,13 @@
 
 #include <torch/utils.h>
 
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <csignal>
 #include <filesystem>
+#include <fstream>
 
 // libtorch's logging macros share names with Catch2.
 #undef CHECK
@@ -80,4 +86,71 @@ TEST_CASE("a checkpoint that could not be written is said by the next call")
     CHECK_NOTHROW(writer.finish());
     writer.start(some_checkpoint());
     CHECK_THROWS_AS(writer.start(some_checkpoint()), Error);
+}
+
+TEST_CASE("a damaged checkpoint is refused, one that memory does not suffice for is not called damaged")
+{
+    const TemporaryFolder folder;
+    const std::string path = folder.file("checkpoint");
+    Checkpoint state = some_checkpoint();
+    state.parameters = {torch::zeros({50'000'000})};
+    state.first_moments = state.second_moments = {torch::zeros({10})};
+    write_checkpoint(path, state);
+    enum { read = 0, said_memory, called_damaged, something_else };
+    const auto outcome = [&](rlim_t more_bytes) {
+        const pid_t child = fork();
+        if (child == 0) {
+            long pages = 0;
+            std::ifstream("/proc/self/statm") >> pages;
+            const rlim_t limit = static_cast<rlim_t>(pages) * static_cast<rlim_t>(sysconf(_SC_PAGESIZE)) + more_bytes;
+            const rlimit bounds{limit, limit};
+            setrlimit(RLIMIT_AS, &bounds);
+            int result = something_else;
+            try {
+                read_checkpoint(path);
+                result = read;
+            } catch (const InputError&) {
+                result = called_damaged;
+            } catch (const Error& error) {
+                const bool names = std::string(error.what()).find("not enough memory") != std::string::npos;
+                result = names ? said_memory : something_else;
+            } catch (...) {
+            }
+            _exit(result);
+        }
+        int status = -1;
+        waitpid(child, &status, 0);
+        return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+    };
+    CHECK(outcome(2'000'000'000) == read);
+    CHECK(outcome(100'000'000) == said_memory);
+    std::filesystem::resize_file(path, std::filesystem::file_size(path) / 2);
+    CHECK_THROWS_AS(read_checkpoint(path), InputError);
+}
+
+TEST_CASE("a disk that fills up while a checkpoint is written is an error, and nothing is left")
+{
+    const TemporaryFolder folder;
+    const std::string path = folder.file("checkpoint");
+    const pid_t child = fork();
+    if (child == 0) {
+        std::signal(SIGXFSZ, SIG_IGN);
+        const rlimit bounds{100'000, 100'000};
+        setrlimit(RLIMIT_FSIZE, &bounds);
+        int result = 1;
+        try {
+            write_checkpoint(path, some_checkpoint());
+        } catch (const Error& error) {
+            result = std::string(error.what()).find("File too large") == std::string::npos ? 2 : 0;
+        } catch (...) {
+            result = 3;
+        }
+        _exit(result);
+    }
+    int status = -1;
+    waitpid(child, &status, 0);
+    REQUIRE(WIFEXITED(status));
+    CHECK(WEXITSTATUS(status) == 0);
+    CHECK(!std::filesystem::exists(path));
+    CHECK(!std::filesystem::exists(path + ".tmp"));
 }

@@ -150,3 +150,23 @@ TEST_CASE("a run on a GPU resumes where it was stopped")
     CHECK(result.resumed_epoch == 2);
     CHECK(resumed.curve().validation_loss.back() == Approx(whole.curve().validation_loss.back()).epsilon(1e-3));
 }
+
+TEST_CASE("a run on a GPU goes on on a machine without one")
+{
+    if (skipped()) return;
+    const Synthetic s = make_synthetic();
+    TrainingOptions options = few_steps();
+    options.precision = Precision::float32;
+    const TemporaryFolder folder;
+    options.checkpoint_path = checkpoint_path_for(folder.file("model.h5"));
+    options.checkpoint_seconds = 0;
+    NeuralModel model = s.model(small_network(), Device::cuda);
+    const TrainingSet training = s.set("train", model), validation = s.set("validation", model);
+    int epochs = 0;
+    TrainingCallbacks callbacks;
+    callbacks.epoch_done = [&](const TrainingCurve&, double) { ++epochs; };
+    callbacks.stop = [&] { return epochs == 2; };
+    CHECK_THROWS_AS(train(model, training, validation, options, callbacks), Interrupted);
+    NeuralModel resumed = s.model(small_network(), Device::cpu);
+    CHECK(train(resumed, training, validation, options).resumed_epoch == 2);
+}

@@ -49,7 +49,8 @@ const TemplateSource& source()
 
 }  // namespace
 
-TEST_CASE("the tips of the spinous processes come as deep under the back as the body mass index says", "[placement]")
+TEST_CASE("the tips of the spinous processes come as deep under the back as the body mass index says",
+          "[placement][slow]")
 {
     const TrunkBones bones = trunk_bones(source().anatomy);
     for (const auto& [sex, height, bmi] : {std::tuple(0.0, 1.55, 19.0), std::tuple(0.0, 1.65, 32.0),
@@ -91,7 +92,7 @@ TEST_CASE("the tips of the spinous processes come as deep under the back as the 
     }
 }
 
-TEST_CASE("a spine in the middle of the source's chest comes to the back all the same", "[placement]")
+TEST_CASE("a spine in the middle of the source's chest comes to the back all the same", "[placement][slow]")
 {
     std::vector<AnatomyMesh> forward = source().anatomy;
     for (AnatomyMesh& part : forward)

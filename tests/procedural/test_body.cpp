@@ -131,7 +131,7 @@ TEST_CASE("weights of the procedural body", "[procedural]")
     CHECK(enclosed_volume(posed, s.triangles) == Approx(enclosed_volume(s.vertices, s.triangles)).epsilon(0.03));
 }
 
-TEST_CASE("procedural people come out as asked, without folds", "[procedural]")
+TEST_CASE("procedural people come out as asked, without folds", "[procedural][slow]")
 {
     const ProceduralBody& body = shared_body();
     Random random(5, "test people");
@@ -158,7 +158,7 @@ TEST_CASE("procedural people come out as asked, without folds", "[procedural]")
     }
 }
 
-TEST_CASE("procedural parameters do what they say", "[procedural]")
+TEST_CASE("procedural parameters do what they say", "[procedural][slow]")
 {
     const ProceduralBody& body = shared_body();
     const Skeleton& skeleton = standard_skeleton();
@@ -209,7 +209,7 @@ TEST_CASE("procedural parameters do what they say", "[procedural]")
     refused([](ProceduralParameters& q) { q.leg_length = 0.5; }, "leg_length is 0.5");
 }
 
-TEST_CASE("sampled adults follow the published statistics", "[procedural]")
+TEST_CASE("sampled adults follow the published statistics", "[procedural][slow]")
 {
     double stature_sum[2] = {0, 0}, stature_squares[2] = {0, 0}, bmi_sum[2] = {0, 0};
     constexpr int count = 2000;
@@ -237,7 +237,7 @@ TEST_CASE("sampled adults follow the published statistics", "[procedural]")
     CHECK_THROWS_AS(sample_procedural_parameters(3, -1), InputError);
 }
 
-TEST_CASE("the procedural anatomy lies inside the skin", "[procedural]")
+TEST_CASE("the procedural anatomy lies inside the skin", "[procedural][slow]")
 {
     const ProceduralBody& body = shared_body();
     const TemplateSource source = body.source({});
@@ -278,7 +278,7 @@ TEST_CASE("the procedural anatomy lies inside the skin", "[procedural]")
         CHECK(names.count(name) == 1);
 }
 
-TEST_CASE("the procedural body is the same every time", "[procedural]")
+TEST_CASE("the procedural body is the same every time", "[procedural][slow]")
 {
     const ProceduralBody again;
     CHECK(again.triangles() == shared_body().triangles());

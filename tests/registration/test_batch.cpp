@@ -25,7 +25,7 @@ TEST_CASE("a batch's key knows all options and the examples")
     CHECK(fit_key({}, {"template", "examples"}) != key);
 }
 
-TEST_CASE("a batch reports bad scans, goes on, and starts again where it was stopped")
+TEST_CASE("a batch reports bad scans, goes on, and starts again where it was stopped", "[slow]")
 {
     const test::TemporaryFolder folder;
     const SkinnedSurface& skin = test::template_skin();

@@ -104,7 +104,7 @@ std::string joined(const std::vector<std::string>& sentences)
 
 }  // namespace
 
-TEST_CASE("difficult scans are fitted where they show skin, or refused in a sentence")
+TEST_CASE("difficult scans are fitted where they show skin, or refused in a sentence", "[slow]")
 {
     if (test::data_folder().empty()) return;
     // Once for all sections.

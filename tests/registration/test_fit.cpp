@@ -59,7 +59,7 @@ void add_ellipsoid(const Eigen::RowVector3d& centre, const Eigen::RowVector3d& h
 
 }  // namespace
 
-TEST_CASE("a scan is placed, whatever its heading, up axis and unit")
+TEST_CASE("a scan is placed, whatever its heading, up axis and unit", "[slow]")
 {
     const SkinnedSurface& skin = test::template_skin();
     const SimulatedScan simulated = small_scan(skin, 4);
@@ -74,7 +74,7 @@ TEST_CASE("a scan is placed, whatever its heading, up axis and unit")
     CHECK(Eigen::AngleAxisd(turn).angle() < 0.2);
 }
 
-TEST_CASE("a scan is registered to the true surface, places and joints")
+TEST_CASE("a scan is registered to the true surface, places and joints", "[slow]")
 {
     const SkinnedSurface person = test::person(0.04, 0.12, 0.03);
     const SimulatedScan simulated = small_scan(person, 1);
@@ -100,7 +100,7 @@ TEST_CASE("a scan is registered to the true surface, places and joints")
     CHECK(fitted.report.stature == Approx(stature).margin(0.02));
 }
 
-TEST_CASE("a cloud in millimetres with z up is registered like a mesh in metres")
+TEST_CASE("a cloud in millimetres with z up is registered like a mesh in metres", "[slow]")
 {
     ScanSimulationOptions simulation;
     simulation.points = 10000;
@@ -120,7 +120,7 @@ TEST_CASE("a cloud in millimetres with z up is registered like a mesh in metres"
     CHECK(errors.correspondence_mean < 0.006);
 }
 
-TEST_CASE("a person is explained by other people, also in shoes")
+TEST_CASE("a person is explained by other people, also in shoes", "[slow]")
 {
     const SkinnedSurface person = test::person(0.05, 0.14, 0.03);
     std::vector<JointExample> examples;
@@ -161,7 +161,7 @@ TEST_CASE("a person is explained by other people, also in shoes")
     }
 }
 
-TEST_CASE("what is not one whole person does not pass the gate")
+TEST_CASE("what is not one whole person does not pass the gate", "[slow]")
 {
     const SkinnedSurface& skin = test::template_skin();
     const BodyFitter fitter(test::skin_template(), quick_options());

@@ -2,14 +2,17 @@
 // DeepMimic and AMASS motions on our skeleton.
 #include "ndg/core/error.h"
 #include "ndg/core/file.h"
+#include "ndg/io/smpl_skeleton.h"
 #include "ndg/motion/motion_files.h"
 #include "ndg/retarget/retarget.h"
 #include "support/support.h"
 
+#include "io/smpl_model.h"
 #include "motion/human.h"
 
 #include <catch2/catch.hpp>
 
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <iostream>
@@ -190,4 +193,61 @@ np.savez('shape.npz', betas=np.zeros(16))
     CHECK(travel.z() > 0.8);
     CHECK(std::abs(travel.x()) < 1e-9);
     CHECK(std::abs(travel.y()) < 1e-9);
+}
+
+TEST_CASE("limbs, spine and fingers of AMASS clips point as forward kinematics of the body model does")
+{
+    const test::TemporaryFolder folder;
+    if (!test::write_smpl_model(folder)) return;
+    const SmplSkeleton model(folder.file("model.npz"));
+    const MotionFile file = find_motion_files({folder.file("shaped_poses.npz")}).at(0);
+    const MotionClip clip = read_motion(file, &model);
+    const std::vector<std::array<std::string, 4>> segments = {
+        {"left_upper_arm", "left_forearm", "left_shoulder", "left_elbow"},
+        {"left_forearm", "left_hand", "left_elbow", "left_wrist"},
+        {"right_upper_arm", "right_forearm", "right_shoulder", "right_elbow"},
+        {"right_forearm", "right_hand", "right_elbow", "right_wrist"},
+        {"left_thigh", "left_shin", "left_hip", "left_knee"},
+        {"left_shin", "left_foot", "left_knee", "left_ankle"},
+        {"right_thigh", "right_shin", "right_hip", "right_knee"},
+        {"right_shin", "right_foot", "right_knee", "right_ankle"},
+        {"left_hand", "left_middle_1", "left_wrist", "left_middle1"},
+        {"right_hand", "right_middle_1", "right_wrist", "right_middle1"}};
+    const auto worst_error = [&](const PoseSet& poses) {
+        double worst = 0.0;
+        for (int f = 0; f < poses.size(); ++f) {
+            const Points ours = posed_joints(human_joints(), poses.poses[f]), truth = clip.joint_positions(f);
+            for (const auto& [from, to, source_from, source_to] : segments) {
+                const Eigen::RowVector3d bone =
+                    truth.row(clip.find_joint(source_to)) - truth.row(clip.find_joint(source_from));
+                const double cosine = direction(ours, from, to).dot(bone.normalized().transpose());
+                worst = std::max(worst, std::acos(std::min(cosine, 1.0)));
+            }
+        }
+        return worst / degree;
+    };
+    // `clip` is right: io/test_smpl_skeleton.cpp.
+    CHECK(worst_error(every_frame(clip)) < 1e-3);
+    const double without_model = worst_error(every_frame(read_motion(file)));
+    CHECK(without_model > 5.0);
+    CHECK(without_model < 25.0);
+
+    // Fingers turn as they do in the file: middle finger's second joint against its first.
+    const PoseSet poses = every_frame(clip);
+    const Skeleton& skeleton = standard_skeleton();
+    for (const std::string side : {"left_", "right_"}) {
+        for (const std::string finger : {"thumb", "index", "middle", "ring", "pinky"}) {
+            const int ours = skeleton.joint(side + finger + "_2");
+            const int joint = clip.find_joint(side + finger + "2");
+            REQUIRE(ours >= 0);
+            REQUIRE(joint >= 0);
+            for (int f = 0; f < poses.size(); ++f) {
+                const Eigen::Matrix3d local =
+                    clip.world_from_joint[f][clip.parents[joint]].transpose() * clip.world_from_joint[f][joint];
+                const double file_angle = Eigen::AngleAxisd(local).angle();
+                CHECK(Eigen::AngleAxisd(poses.poses[f].parent_from_joint[ours]).angle() ==
+                      Approx(file_angle).margin(1e-5));
+            }
+        }
+    }
 }

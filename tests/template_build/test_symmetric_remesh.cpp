@@ -169,7 +169,7 @@ TEST_CASE("symmetric remeshing: bad input is named")
                       Catch::Contains("open"));
 }
 
-TEST_CASE("symmetric remeshing of MakeHuman's body at demo size")
+TEST_CASE("symmetric remeshing of MakeHuman's body at demo size", "[slow]")
 {
     if (data_folder().empty()) return;
     const MakeHuman source(data_folder() + "/makehuman");

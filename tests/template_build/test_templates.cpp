@@ -101,7 +101,7 @@ void check_made(const Template& made, const ParametricSurface& own, const Parame
 
 }  // namespace
 
-TEST_CASE("The procedural body becomes a template with everything in its place", "[template]")
+TEST_CASE("The procedural body becomes a template with everything in its place", "[template][slow]")
 {
     const ProceduralBody source;
     ProceduralParameters person;
@@ -130,7 +130,7 @@ TEST_CASE("The procedural body becomes a template with everything in its place",
     CHECK_THROWS_AS(make_template(open, options), InputError);
 }
 
-TEST_CASE("MakeHuman's body with real bones and muscles becomes a template", "[makehuman]")
+TEST_CASE("MakeHuman's body with real bones and muscles becomes a template", "[makehuman][slow]")
 {
     if (test::data_folder().empty()) return;
     const MakeHuman body(test::data_folder() + "/makehuman");

@@ -132,6 +132,27 @@ int remove_files(const std::string& folder, const Unwanted& unwanted)
     return count;
 }
 
+/// Moves the files whose name `wanted` accepts to a folder of their own beside theirs; how many, and its name.
+template <typename Wanted>
+std::pair<int, std::string> set_aside(const std::string& folder, const Wanted& wanted)
+{
+    std::vector<fs::path> paths;
+    for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
+        if (wanted(entry.path().filename().string())) paths.push_back(entry.path());
+    }
+    if (paths.empty()) return {0, ""};
+    int number = 1;
+    while (fs::exists(fmt::format("{}.{}", folder, number))) ++number;
+    const std::string other = fmt::format("{}.{}", folder, number);
+    std::error_code error;
+    fs::create_directory(other, error);
+    for (const fs::path& path : paths) {
+        if (!error) fs::rename(path, fs::path(other) / path.filename(), error);
+    }
+    require(!error, "{}: its files could not be set aside in {}: {}", folder, other, error.message());
+    return {static_cast<int>(paths.size()), other};
+}
+
 /// NAME.<pid>.tmp, where a killed process left it.
 bool is_temporary(const std::string& name, const std::string& whole_name)
 {
@@ -168,7 +189,7 @@ std::optional<PartsStatus> parts_status(const std::string& output)
     return status;
 }
 
-PartStore::PartStore(const std::string& output, const PartKind& kind, const std::string& key, bool discard)
+PartStore::PartStore(const std::string& output, const PartKind& kind, const std::string& key, bool set_others_aside)
     : path_(folder_of(output)), key_(sha256(key)), kind_(kind)
 {
     std::error_code error;
@@ -182,13 +203,16 @@ PartStore::PartStore(const std::string& output, const PartKind& kind, const std:
             const auto is_part = [](const std::string& name) { return ends_with(name, done_ending); };
             const std::optional<PartsStatus> found = parts_status(output);
             require_input(
-                discard || found->done + found->failed == 0,
+                set_others_aside || found->done + found->failed == 0,
                 "{}: holds {} {} made by another version of the method, from other inputs or with other options; "
-                "--force discards them",
+                "--force sets them aside",
                 path_, found->done + found->failed, kind_.items);
-            if (const int count = remove_files(path_, is_part)) {
-                log_info("{} {} of another version of the method, other inputs or options were discarded", count,
-                         kind_.items);
+            const auto [count, folder] = set_aside(path_, is_part);
+            if (count > 0) {
+                log_warning(
+                    "{} {} of another version of the method, other inputs or options were set aside in {}; remove it "
+                    "when nobody needs them",
+                    count, kind_.items, folder);
             }
         }
         write_holder(lock_, path_, key_);

@@ -48,8 +48,8 @@ class PartStore {
 public:
     /// `key`: all that the items depend on alike, the program's version included. Makes the folder, and removes what a
     /// killed run left half-written. Throws InputError when it cannot be made or written, another process is at it, or
-    /// it holds parts of another key, unless `discard` removes those.
-    PartStore(const std::string& output, const PartKind& kind, const std::string& key, bool discard);
+    /// it holds parts of another key, unless `set_aside` moves those to <output>.parts.1 (or the next free number).
+    PartStore(const std::string& output, const PartKind& kind, const std::string& key, bool set_aside);
     ~PartStore();
     PartStore(const PartStore&) = delete;
     PartStore& operator=(const PartStore&) = delete;

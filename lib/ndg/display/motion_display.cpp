@@ -7,6 +7,7 @@
 #include "ndg/display/body_meshes.h"
 #include "ndg/display/sample_frames.h"
 #include "ndg/export/export_meshes.h"
+#include "ndg/io/credits.h"
 
 #include <filesystem>
 
@@ -97,6 +98,7 @@ void MotionDisplay::write(const SampleInputs& inputs, const DeformationSet& defo
         std::vector<SamplePair> shown;
         for (const int i : spread_indices(deformed.size(), count)) shown.push_back(deformed.pairs[i]);
         write_png(picture, frames_picture(poser, inputs.bodies, inputs.poses, files, shown, settings));
+        add_png_credits(picture, credits);
         fmt::print("{}: {} frames\n", picture, shown.size());
     }
 }

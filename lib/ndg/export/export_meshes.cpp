@@ -3,6 +3,7 @@
 
 #include "ndg/core/error.h"
 #include "ndg/core/file.h"
+#include "ndg/io/credits.h"
 #include "ndg/io/mesh.h"
 
 #include <algorithm>
@@ -92,6 +93,20 @@ MeshSequence checked(const std::string& path, const MeshSequence& sequence)
     return result;
 }
 
+void write_frames(const ExportFormat& format, const std::string& path, const std::vector<std::string>& files,
+                  const MeshSequence& whole)
+{
+    if (format.frames == Frames::one_file || (format.frames == Frames::by_name && files[0] == path))
+        return format.write(path, whole);
+    require_input(!whole.rig, "{}: the frames of a skeleton go into one file, without a place of a number", path);
+    MeshSequence single = whole;
+    single.num_frames = 1;
+    for (int i = 0; i < whole.num_frames; ++i) {
+        single.frame = [&](int) { return whole.frame(i); };
+        format.write(files[i], single);
+    }
+}
+
 }  // namespace
 
 const std::vector<ExportFormat>& export_formats()
@@ -137,16 +152,9 @@ void export_meshes(const std::string& path, const MeshSequence& sequence)
     }
     require(!sequence.rig || format.contents == Contents::surfaces_and_rig, "{} cannot hold a skeleton", path);
     if (sequence.rig) check_rig(path, sequence);
-    const MeshSequence whole = checked(path, sequence);
-    if (format.frames == Frames::one_file || (format.frames == Frames::by_name && files[0] == path))
-        return format.write(path, whole);
-    require_input(!sequence.rig, "{}: the frames of a skeleton go into one file, without a place of a number", path);
-    MeshSequence single = whole;
-    single.num_frames = 1;
-    for (int i = 0; i < whole.num_frames; ++i) {
-        single.frame = [&](int) { return whole.frame(i); };
-        format.write(files[i], single);
-    }
+    write_frames(format, path, files, checked(path, sequence));
+    const bool has_room_for_credits = format.extension != ".stl" && format.extension != ".pc2";
+    if (!has_room_for_credits) write_credits_beside(path, sequence.credits);
 }
 
 }  // namespace ndg

@@ -3,6 +3,7 @@
 #include "ndg/io/motion.h"
 #include "ndg/io/motion_text.h"
 #include "ndg/io/npz.h"
+#include "ndg/io/smpl_skeleton.h"
 
 #include <Eigen/Geometry>
 
@@ -12,8 +13,10 @@ namespace ndg {
 
 namespace {
 
-constexpr int num_joints = 22;
-constexpr int body_values = 3 * (num_joints - 1);
+constexpr int num_body_joints = 22;
+constexpr int num_hand_joints = 15;  ///< of one hand
+constexpr int body_values = 3 * (num_body_joints - 1);
+constexpr int hand_values = 3 * 2 * num_hand_joints;
 
 struct RestJoint {
     const char* name;
@@ -21,10 +24,10 @@ struct RestJoint {
     double x, y, z;  ///< from the parent, metres
 };
 
-/// The 22 body joints shared by SMPL, SMPL-H and SMPL-X, in their order, on a T pose of our own round proportions, y
-/// up, facing +z, left at +x. Retargeting uses only the directions of bones; the proportions of SMPL's own bodies
-/// depend on its licensed model and are not here.
-constexpr std::array<RestJoint, num_joints> rest_joints = {
+/// The joints that SMPL-H and SMPL-X share, in SMPL-H's order, on a T pose of our own round proportions, y up, facing
+/// +z, left at +x, palms down. The proportions of SMPL's own bodies depend on its licensed model and are not here
+/// (SmplSkeleton reads them).
+constexpr std::array<RestJoint, num_body_joints> body_joints = {
     {{"pelvis", -1, 0, 0, 0},         {"left_hip", 0, 0.09, -0.08, 0},      {"right_hip", 0, -0.09, -0.08, 0},
      {"spine1", 0, 0, 0.11, 0},       {"left_knee", 1, 0, -0.40, 0},        {"right_knee", 2, 0, -0.40, 0},
      {"spine2", 3, 0, 0.13, 0},       {"left_ankle", 4, 0, -0.42, 0},       {"right_ankle", 5, 0, -0.42, 0},
@@ -34,35 +37,80 @@ constexpr std::array<RestJoint, num_joints> rest_joints = {
      {"left_elbow", 16, 0.27, 0, 0},  {"right_elbow", 17, -0.27, 0, 0},     {"left_wrist", 18, 0.25, 0, 0},
      {"right_wrist", 19, -0.25, 0, 0}}};
 
-/// Ends of the bones that carry no further joint.
+/// Joints of the left hand; `parent` within the hand, -1 for the wrist.
+constexpr std::array<RestJoint, num_hand_joints> hand_joints = {{{"index1", -1, 0.09, 0, 0.025},
+                                                                 {"index2", 0, 0.04, 0, 0},
+                                                                 {"index3", 1, 0.025, 0, 0},
+                                                                 {"middle1", -1, 0.09, 0, 0},
+                                                                 {"middle2", 3, 0.045, 0, 0},
+                                                                 {"middle3", 4, 0.03, 0, 0},
+                                                                 {"pinky1", -1, 0.08, 0, -0.04},
+                                                                 {"pinky2", 6, 0.03, 0, 0},
+                                                                 {"pinky3", 7, 0.02, 0, 0},
+                                                                 {"ring1", -1, 0.085, 0, -0.02},
+                                                                 {"ring2", 9, 0.04, 0, 0},
+                                                                 {"ring3", 10, 0.025, 0, 0},
+                                                                 {"thumb1", -1, 0.03, -0.015, 0.03},
+                                                                 {"thumb2", 12, 0.03, -0.01, 0.03},
+                                                                 {"thumb3", 13, 0.025, -0.005, 0.02}}};
+
+/// Ends of the bones that carry no further joint, from there.
 Eigen::RowVector3d end_bone(const std::string& name)
 {
+    const double side = name.compare(0, 4, "left") == 0 ? 1.0 : -1.0;
     if (name == "head") return {0, 0.15, 0};
-    if (name == "left_wrist") return {0.10, 0, 0};
-    if (name == "right_wrist") return {-0.10, 0, 0};
-    return {0, 0, 0.07};
+    if (name == "left_foot" || name == "right_foot") return {0, 0, 0.07};
+    if (name.find("wrist") != std::string::npos) return {side * 0.10, 0, 0};
+    if (name.find("thumb") != std::string::npos) return {side * 0.025, 0, 0.015};
+    return {side * 0.02, 0, 0};
 }
 
-void set_skeleton(MotionClip& clip)
+/// Zero pose of the body joints, with those of the hands behind them. `model`: M x 3 joints of a body model, or
+/// nothing.
+void set_skeleton(MotionClip& clip, bool with_hands, const Points& model)
 {
+    std::vector<Eigen::RowVector3d> offsets;
+    const auto add = [&](const std::string& name, int parent, const Eigen::RowVector3d& offset) {
+        clip.joint_names.push_back(name);
+        clip.parents.push_back(parent);
+        offsets.push_back(offset);
+    };
+    for (const RestJoint& joint : body_joints) add(joint.name, joint.parent, {joint.x, joint.y, joint.z});
+    for (const double side : {1.0, -1.0}) {
+        if (!with_hands) break;
+        const std::string prefix = side > 0 ? "left_" : "right_";
+        const int first = static_cast<int>(offsets.size()), wrist = clip.find_joint(prefix + "wrist");
+        for (const RestJoint& joint : hand_joints)
+            add(prefix + joint.name, joint.parent < 0 ? wrist : first + joint.parent,
+                {side * joint.x, joint.y, joint.z});
+    }
+    const int num_joints = clip.num_joints();
     clip.zero_pose_positions = Points::Zero(num_joints, 3);
+    for (int j = 1; j < num_joints; ++j) {
+        const bool is_body = j < num_body_joints;
+        // SMPL-X has jaw and eyes before the hands, SMPL no fingers.
+        const Eigen::Index row = is_body ? j : model.rows() - 2 * num_hand_joints + j - num_body_joints;
+        const bool known = model.rows() > 0 && (is_body || model.rows() >= num_body_joints + 2 * num_hand_joints);
+        clip.zero_pose_positions.row(j) = known ? Eigen::RowVector3d(model.row(row) - model.row(0))
+                                                : clip.zero_pose_positions.row(clip.parents[j]) + offsets[j];
+    }
     clip.zero_pose_tips = Points::Zero(num_joints, 3);
-    std::array<int, num_joints> num_children{};
-    for (int j = 0; j < num_joints; ++j) {
-        const RestJoint& joint = rest_joints[j];
-        clip.joint_names.emplace_back(joint.name);
-        clip.parents.push_back(joint.parent);
-        if (joint.parent < 0) continue;
-        clip.zero_pose_positions.row(j) =
-            clip.zero_pose_positions.row(joint.parent) + Eigen::RowVector3d(joint.x, joint.y, joint.z);
-        clip.zero_pose_tips.row(joint.parent) += clip.zero_pose_positions.row(j);
-        ++num_children[joint.parent];
+    std::vector<int> num_children(num_joints, 0);
+    for (int j = 1; j < num_joints; ++j) {
+        clip.zero_pose_tips.row(clip.parents[j]) += clip.zero_pose_positions.row(j);
+        ++num_children[clip.parents[j]];
     }
     for (int j = 0; j < num_joints; ++j) {
         if (num_children[j] > 0)
             clip.zero_pose_tips.row(j) /= num_children[j];
         else
             clip.zero_pose_tips.row(j) = clip.zero_pose_positions.row(j) + end_bone(clip.joint_names[j]);
+    }
+    // A hand points along its middle finger.
+    for (const std::string side : {"left_", "right_"}) {
+        if (!with_hands) break;
+        clip.zero_pose_tips.row(clip.find_joint(side + "wrist")) =
+            clip.zero_pose_positions.row(clip.find_joint(side + "middle1"));
     }
 }
 
@@ -82,21 +130,46 @@ NpyArray read_table(const NpzFile& file, const std::string& key, std::int64_t nu
     return array;
 }
 
-/// Frames x 66 axis-angles of the root and the 21 body joints.
-Eigen::Matrix<double, Eigen::Dynamic, 3 * num_joints, Eigen::RowMajor> read_axis_angles(const NpzFile& file)
+using Table = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+Eigen::Map<const Table> table(const NpyArray& array)
 {
-    using Table = Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>;
-    const auto table = [](const NpyArray& array) { return Table(array.values.data(), array.shape[0], array.shape[1]); };
+    return {array.values.data(), array.shape[0], array.shape[1]};
+}
+
+/// Frames x 66 axis-angles of the root and the 21 body joints, or x 156 with those of the hands.
+Table read_axis_angles(const NpzFile& file)
+{
+    constexpr int body_columns = 3 * num_body_joints;
     if (file.has("root_orient")) {
         const NpyArray root = read_table(file, "root_orient", -1, {3});
         const NpyArray body = read_table(file, "pose_body", root.shape[0], {body_values});
-        Eigen::Matrix<double, Eigen::Dynamic, 3 * num_joints, Eigen::RowMajor> angles(root.shape[0], 3 * num_joints);
-        angles << table(root), table(body);
+        const bool with_hands = file.has("pose_hand");
+        Table angles(root.shape[0], body_columns + (with_hands ? hand_values : 0));
+        angles.leftCols<3>() = table(root);
+        angles.middleCols<body_values>(3) = table(body);
+        if (with_hands)
+            angles.rightCols<hand_values>() = table(read_table(file, "pose_hand", root.shape[0], {hand_values}));
         return angles;
     }
-    // SMPL has 24 joints, SMPL-H 52, SMPL-X 55; all begin with the same 22.
-    const NpyArray poses = read_table(file, "poses", -1, {72, 156, 165});
-    return table(poses).leftCols(3 * num_joints);
+    // SMPL has 24 joints, SMPL-H 52, SMPL-X 55; all begin with the same 22, the latter end with the hands.
+    constexpr int smpl_columns = 3 * 24, smplh_columns = body_columns + hand_values;
+    const NpyArray poses = read_table(file, "poses", -1, {smpl_columns, smplh_columns, smplh_columns + 9});
+    if (poses.shape[1] == smpl_columns) return table(poses).leftCols<body_columns>();
+    Table angles(poses.shape[0], smplh_columns);
+    angles << table(poses).leftCols<body_columns>(), table(poses).rightCols<hand_values>();
+    return angles;
+}
+
+/// Shape coefficients; none where the file has none.
+std::vector<double> read_betas(const NpzFile& file)
+{
+    if (!file.has("betas")) return {};
+    const NpyArray betas = file.read("betas");
+    const bool one_shape = betas.shape.size() == 1 || (betas.shape.size() == 2 && betas.shape[0] == 1);
+    require_input(one_shape, "{}: \"betas\" has the shape ({}), one row is needed", file.path(),
+                  fmt::join(betas.shape, ", "));
+    return betas.values;
 }
 
 double read_frame_rate(const NpzFile& file)
@@ -113,7 +186,7 @@ double read_frame_rate(const NpzFile& file)
 constexpr double largest_angle = 1000.0;
 
 Eigen::Matrix3d axis_angle_rotation(const Eigen::Vector3d& axis_angle, const std::string& path, Eigen::Index frame_idx,
-                                    const char* joint)
+                                    const std::string& joint)
 {
     const double angle = axis_angle.norm();
     require_input(angle <= largest_angle, "{}: \"{}\" turns by {} radians in frame {}", path, joint, angle, frame_idx);
@@ -129,10 +202,10 @@ bool is_amass(const std::string& path)
     return file.has("trans") && (file.has("poses") || file.has("root_orient"));
 }
 
-MotionClip read_amass(const std::string& path)
+MotionClip read_amass(const std::string& path, const SmplSkeleton* model)
 {
     const NpzFile file(path);
-    const auto angles = read_axis_angles(file);
+    const Table angles = read_axis_angles(file);
     const NpyArray trans = read_table(file, "trans", angles.rows(), {3});
 
     MotionClip clip;
@@ -140,18 +213,21 @@ MotionClip read_amass(const std::string& path)
     clip.frame_rate = read_frame_rate(file);
     clip.metres_per_unit = 1.0;
     clip.axes_known = true;
-    set_skeleton(clip);
+    const Points joints = model == nullptr ? Points() : model->joints(read_betas(file));
+    set_skeleton(clip, angles.cols() > 3 * num_body_joints, joints);
+    Eigen::Vector3d root_from_origin = Eigen::Vector3d::Zero();
+    if (model != nullptr) root_from_origin = joints.row(0).transpose();
     Eigen::Matrix3d ours_from_file;  // z up to y up
     ours_from_file << 1, 0, 0, 0, 0, 1, 0, -1, 0;
     clip.root_positions.resize(angles.rows(), 3);
     for (Eigen::Index f = 0; f < angles.rows(); ++f) {
-        clip.root_positions.row(f) =
-            (ours_from_file * Eigen::Map<const Eigen::Vector3d>(trans.values.data() + 3 * f)).transpose();
+        const Eigen::Vector3d root = Eigen::Map<const Eigen::Vector3d>(trans.values.data() + 3 * f) + root_from_origin;
+        clip.root_positions.row(f) = (ours_from_file * root).transpose();
         std::vector<Eigen::Matrix3d> world;
-        for (int j = 0; j < num_joints; ++j) {
+        for (int j = 0; j < clip.num_joints(); ++j) {
             const Eigen::Matrix3d local =
-                axis_angle_rotation(angles.row(f).segment<3>(3 * j).transpose(), path, f, rest_joints[j].name);
-            const int parent = rest_joints[j].parent;
+                axis_angle_rotation(angles.row(f).segment<3>(3 * j).transpose(), path, f, clip.joint_names[j]);
+            const int parent = clip.parents[j];
             // The root's rotation takes the model, which stands y up, into the file's world.
             world.push_back((parent < 0 ? ours_from_file : world[parent]) * local);
         }

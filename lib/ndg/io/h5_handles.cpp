@@ -6,6 +6,7 @@
 #include "ndg/io/h5_guard.h"
 
 #include <algorithm>
+#include <array>
 #include <cstdlib>
 #include <filesystem>
 
@@ -117,6 +118,29 @@ bool link_exists(hid_t file, const std::string& name)
     return true;
 }
 
+namespace {
+
+/// Throws InputError naming the filter where a dataset is packed by one that the library here lacks.
+void require_filters(hid_t dataset, const std::string& path, const std::string& name)
+{
+    const Handle creation(H5Dget_create_plist(dataset), H5Pclose);
+    const int num_filters = H5Pget_nfilters(creation);
+    for (int i = 0; i < num_filters; ++i) {
+        unsigned flags = 0, config = 0;
+        std::size_t num_values = 0;
+        std::array<char, 64> label{};
+        const H5Z_filter_t filter = H5Pget_filter2(creation, static_cast<unsigned>(i), &flags, &num_values, nullptr,
+                                                   label.size() - 1, label.data(), &config);
+        require_input(filter < 0 || H5Zfilter_avail(filter) > 0,
+                      "{}: dataset {} is packed by HDF5 filter {}{}, which is missing here (h5repack -f GZIP=5 writes "
+                      "the file without it)",
+                      path, name, static_cast<int>(filter),
+                      label[0] == '\0' ? std::string() : fmt::format(" (\"{}\")", label.data()));
+    }
+}
+
+}  // namespace
+
 Handle open_dataset(hid_t file, const std::string& path, const std::string& name)
 {
     silence_errors();
@@ -124,6 +148,7 @@ Handle open_dataset(hid_t file, const std::string& path, const std::string& name
     require_input(link_exists(file, name), "{}: dataset {} is missing", path, name);
     Handle dataset(H5Dopen2(file, name.c_str(), H5P_DEFAULT), H5Dclose);
     require_input(dataset.valid(), "{}: cannot open dataset {} ({})", path, name, last_error());
+    require_filters(dataset, path, name);
     return dataset;
 }
 

@@ -22,7 +22,7 @@ struct MeshFile {
     // Written where the format has a place for them; not read.
     VertexColours vertex_colours;                           ///< N x 3 or empty; PLY
     std::map<std::string, Eigen::VectorXf> vertex_scalars;  ///< N each, by the name of the property; PLY
-    std::string comment;                                    ///< any number of lines; OBJ and PLY
+    std::string comment;                                    ///< any number of lines; OBJ, OFF and PLY
 };
 
 /// Extension of a file name with its dot, in lower case.

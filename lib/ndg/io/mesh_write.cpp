@@ -54,7 +54,8 @@ std::string off_content(const MeshFile& mesh)
 {
     fmt::memory_buffer buffer;
     auto out = std::back_inserter(buffer);
-    fmt::format_to(out, "OFF\n{} {} 0\n", mesh.vertices.rows(), mesh.triangles.rows());
+    fmt::format_to(out, "OFF\n{}{} {} 0\n", comment_lines(mesh.comment, "# "), mesh.vertices.rows(),
+                   mesh.triangles.rows());
     for (int i = 0; i < mesh.vertices.rows(); ++i)
         fmt::format_to(out, "{:.9g} {:.9g} {:.9g}\n", mesh.vertices(i, 0), mesh.vertices(i, 1), mesh.vertices(i, 2));
     for (int i = 0; i < mesh.triangles.rows(); ++i)

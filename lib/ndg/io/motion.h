@@ -9,6 +9,8 @@
 
 namespace ndg {
 
+class SmplSkeleton;
+
 /// A skeleton and its frames, in the file's unit and axes, after all file conventions (Euler orders, axis frames,
 /// degrees) are resolved: every joint has, at the file's zero pose, a frame aligned with the file's world axes.
 struct MotionClip {
@@ -54,11 +56,13 @@ MotionClip read_asf_amc(const std::string& asf_path, const std::string& amc_path
 /// joint type, row of another length, non-finite value, quaternion far from norm 1, no frames.
 MotionClip read_deepmimic(const std::string& character_path, const std::string& motion_path);
 
-/// AMASS: axis-angles of the 22 body joints of SMPL-H ("poses") or SMPL-X ("root_orient", "pose_body"), z up, turned
-/// here to y up. Hands and shape are not read. The zero pose is a T pose of common proportions; the root's position is
-/// "trans", which differs from the pelvis by a constant of the body's shape. Throws InputError naming file, item and
-/// value as NpzFile does, and for another shape and no frames.
-MotionClip read_amass(const std::string& path);
+/// AMASS: axis-angles of the 22 body joints, and of the 30 of the hands where the file has them (SMPL-H and SMPL-X:
+/// "poses" of 156 or 165 columns, or "root_orient", "pose_body" and "pose_hand"), z up, turned here to y up. Jaw and
+/// eyes are not read. The zero pose is the T pose of `model` with the file's "betas", as far as the model has them,
+/// and root positions are those of its pelvis; without a model a T pose of straight limbs and common proportions, and
+/// the root's position is "trans", which differs from the pelvis by a constant of the body's shape. Throws InputError
+/// naming file, item and value as NpzFile does, and for another shape and no frames.
+MotionClip read_amass(const std::string& path, const SmplSkeleton* model = nullptr);
 /// Whether an .npz holds poses and a path (AMASS has others, of shapes). Throws InputError where it is no archive.
 bool is_amass(const std::string& path);
 

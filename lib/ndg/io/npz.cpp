@@ -20,6 +20,7 @@ public:
 
     std::string type;
     std::vector<std::int64_t> shape;
+    bool fortran_order = false;
 
     void parse()
     {
@@ -33,8 +34,8 @@ public:
                 type = quoted();
             } else if (key == "fortran_order") {
                 has_order = true;
-                require_input(!accept_word("True"), "{}: is stored in Fortran order, C order is needed", item_);
-                if (!accept_word("False")) fail();
+                fortran_order = accept_word("True");
+                if (!fortran_order && !accept_word("False")) fail();
             } else if (key == "shape") {
                 has_shape = true;
                 parse_shape();
@@ -131,6 +132,20 @@ Copy find_copy(std::string_view type)
     return nullptr;
 }
 
+/// Values of which the first index runs fastest, in the order in which the last does.
+std::vector<double> c_ordered(const std::vector<double>& values, const std::vector<std::int64_t>& shape)
+{
+    std::vector<double> ordered(values.size());
+    std::vector<std::int64_t> index(shape.size(), 0);
+    for (const double value : values) {
+        std::int64_t at = 0;
+        for (std::size_t k = 0; k < shape.size(); ++k) at = at * shape[k] + index[k];
+        ordered[static_cast<std::size_t>(at)] = value;
+        for (std::size_t k = 0; k < shape.size() && ++index[k] == shape[k]; ++k) index[k] = 0;
+    }
+    return ordered;
+}
+
 NpyArray parse_npy(std::string_view bytes, const std::string& item)
 {
     constexpr std::string_view magic = "\x93NUMPY";
@@ -169,6 +184,7 @@ NpyArray parse_npy(std::string_view bytes, const std::string& item)
     for (std::size_t i = 0; i < count; ++i) {
         require_input(std::isfinite(array.values[i]), "{}: value {} is {}", item, i, array.values[i]);
     }
+    if (header.fortran_order && array.shape.size() > 1) array.values = c_ordered(array.values, array.shape);
     return array;
 }
 

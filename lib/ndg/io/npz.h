@@ -23,8 +23,9 @@ public:
 
     const std::string& path() const { return zip_.path(); }
     bool has(const std::string& key) const { return zip_.has(key + ".npy"); }
-    /// float32, float64 or integers in C order, little-endian. Throws InputError naming file, key and value: missing
-    /// key, wrong checksum, other type (pickled objects among them), size that does not match the shape, non-finite.
+    /// float32, float64 or integers, little-endian, in C or Fortran order. Throws InputError naming file, key and
+    /// value: missing key, wrong checksum, other type (pickled objects among them), size that does not match the shape,
+    /// non-finite.
     NpyArray read(const std::string& key) const;
 
 private:

@@ -219,11 +219,11 @@ std::vector<MotionFile> find_motion_files(const std::vector<std::string>& paths)
     return files;
 }
 
-MotionClip read_motion(const MotionFile& file)
+MotionClip read_motion(const MotionFile& file, const SmplSkeleton* amass_model)
 {
     const std::string kind = extension(file.path);
     if (kind == ".amc") return read_asf_amc(file.skeleton_path, file.path);
-    if (kind == ".npz") return read_amass(file.path);
+    if (kind == ".npz") return read_amass(file.path, amass_model);
     if (kind != ".bvh") return read_deepmimic(file.skeleton_path, file.path);
     return read_bvh(file.path);
 }

@@ -26,8 +26,8 @@ struct MotionFile {
 /// and folders that cannot be listed with an error; for named files both are InputErrors.
 std::vector<MotionFile> find_motion_files(const std::vector<std::string>& paths);
 
-/// Not for keyframes.
-MotionClip read_motion(const MotionFile& file);
+/// Not for keyframes. `amass_model`: whose joints AMASS's poses turn (read_amass).
+MotionClip read_motion(const MotionFile& file, const SmplSkeleton* amass_model = nullptr);
 
 /// One name for each clip.
 class ClipNames {

@@ -2,13 +2,18 @@
 #include "ndg/neural/checkpoint.h"
 
 #include "ndg/core/error.h"
+#include "ndg/neural/archive_stream.h"
 
 #include <torch/serialize/input-archive.h>
 #include <torch/serialize/output-archive.h>
 #include <nlohmann/json.hpp>
 
+#include <cerrno>
 #include <chrono>
+#include <cstring>
 #include <filesystem>
+#include <fstream>
+#include <new>
 #include <system_error>
 
 namespace ndg {
@@ -66,6 +71,15 @@ std::vector<torch::Tensor> read_tensors(torch::serialize::InputArchive& archive,
     return tensors;
 }
 
+/// libtorch's allocators have no type of exception that all versions share.
+bool is_out_of_memory(const std::exception& error)
+{
+    if (dynamic_cast<const std::bad_alloc*>(&error) != nullptr) return true;
+    const std::string text = error.what();
+    return text.find("can't allocate memory") != std::string::npos ||
+           text.find("not enough memory") != std::string::npos || text.find("out of memory") != std::string::npos;
+}
+
 }  // namespace
 
 void write_checkpoint(const std::string& path, const Checkpoint& checkpoint)
@@ -75,7 +89,8 @@ void write_checkpoint(const std::string& path, const Checkpoint& checkpoint)
         torch::serialize::OutputArchive archive;
         archive.write("description", c10::IValue(description(checkpoint).dump()));
         const auto add = [&](const char* list, const std::vector<torch::Tensor>& tensors) {
-            for (std::size_t i = 0; i < tensors.size(); ++i) archive.write(tensor_name(list, i), tensors[i].detach());
+            for (std::size_t i = 0; i < tensors.size(); ++i)
+                archive.write(tensor_name(list, i), tensors[i].detach().cpu());
         };
         add("parameter", checkpoint.parameters);
         add("first_moment", checkpoint.first_moments);
@@ -83,7 +98,16 @@ void write_checkpoint(const std::string& path, const Checkpoint& checkpoint)
         add("average", checkpoint.averages);
         add("best_parameter", checkpoint.best_parameters);
         add("basis", checkpoint.bases);
-        archive.save_to(temporary);
+        std::ofstream file(temporary, std::ios::binary);
+        ArchiveStream stream(file);
+        archive.save_to(stream);
+        file.close();
+        if (!file) {
+            const std::string reason = std::strerror(errno);
+            std::error_code ignored;
+            std::filesystem::remove(temporary, ignored);
+            throw Error(fmt::format("{}: the checkpoint was not written: {}", temporary, reason));
+        }
     } catch (const c10::Error& error) {
         throw Error(fmt::format("{}: the checkpoint was not written: {}", temporary, error.what_without_backtrace()));
     }
@@ -96,7 +120,7 @@ Checkpoint read_checkpoint(const std::string& path)
 {
     try {
         torch::serialize::InputArchive archive;
-        archive.load_from(path);
+        archive.load_from(path, torch::kCPU);  // also what was written on a GPU that is not here
         c10::IValue text;
         archive.read("description", text);
         const Json json = Json::parse(text.toStringRef());
@@ -124,7 +148,8 @@ Checkpoint read_checkpoint(const std::string& path)
         c.best_parameters = read_tensors(archive, "best_parameter", json.at("num_best").get<std::size_t>());
         c.bases = read_tensors(archive, "basis", json.at("num_bases").get<std::size_t>());
         return c;
-    } catch (const std::exception&) {
+    } catch (const std::exception& error) {
+        require(!is_out_of_memory(error), "{}: there is not enough memory to read the training checkpoint", path);
         throw InputError(fmt::format("{}: not a readable training checkpoint; remove it to start afresh", path));
     }
 }

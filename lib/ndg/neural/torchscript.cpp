@@ -2,8 +2,9 @@
 #include "ndg/neural/torchscript.h"
 
 #include "ndg/core/error.h"
-#include "ndg/core/file.h"
+#include "ndg/core/stream_file.h"
 #include "ndg/io/licences.h"
+#include "ndg/neural/archive_stream.h"
 #include "ndg/neural/model_state.h"
 
 #include <torch/csrc/jit/api/module.h>
@@ -128,14 +129,16 @@ std::string metadata(const NeuralModel& model, const NeuralModel::State& state, 
 
 void write_torchscript(const std::string& path, NeuralModel& model, const Provenance& provenance)
 {
-    const std::string temporary = temporary_name(path);
-    try {
-        const Script script(model);
-        script.module().save(temporary, {{"metadata.json", metadata(model, model.state(), provenance)}});
-    } catch (const c10::Error& error) {
-        throw Error(fmt::format("{}: the TorchScript was not written: {}", temporary, error.what_without_backtrace()));
-    }
-    replace_file(temporary, path);
+    // Into a stream: what is saved under a name holds that name, which is another one every time.
+    write_stream(path, [&](std::ostream& stream) {
+        try {
+            const Script script(model);
+            ArchiveStream archive(stream);
+            script.module().save(archive, {{"metadata.json", metadata(model, model.state(), provenance)}});
+        } catch (const c10::Error& error) {
+            throw Error(fmt::format("{}: the TorchScript was not written: {}", path, error.what_without_backtrace()));
+        }
+    });
 }
 
 }  // namespace ndg

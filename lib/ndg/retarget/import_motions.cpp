@@ -5,6 +5,7 @@
 #include "ndg/core/error.h"
 #include "ndg/core/installed_files.h"
 #include "ndg/core/log.h"
+#include "ndg/io/smpl_skeleton.h"
 #include "ndg/motion/keyframes.h"
 #include "ndg/motion/motion_files.h"
 #include "ndg/motion/resample_poses.h"
@@ -40,8 +41,9 @@ public:
                       "--clamp-joint-limits needs --joint-limits");
         for (const std::string& path : files.joint_map) named_maps_.push_back(read_joint_map(path));
         if (!files.joint_maps.empty()) maps_ = read_joint_maps(files.joint_maps);
+        if (!files.rest_joints.empty()) amass_model_.emplace(files.rest_joints);
         if (!files.reference.empty()) {
-            reference_ = read_motion(find_motion_files({files.reference}).at(0));
+            reference_ = read(find_motion_files({files.reference}).at(0));
             options_.conventions.reference = &reference_;
         }
         if (!files.joint_limits.empty()) limits_.emplace(read_joint_limits(files.joint_limits), joint_positions_);
@@ -98,7 +100,7 @@ private:
     {
         require_input(!maps_.empty() || !named_maps_.empty(), "{}: needs a joint map, give --joint-map or --joint-maps",
                       file.path);
-        MotionClip clip = read_motion(file);
+        MotionClip clip = read(file);
         set_rate(clip, file);
         std::optional<JointMap> map = find_joint_map(named_maps_, clip);
         if (!map) map = find_joint_map(maps_, clip);
@@ -135,6 +137,8 @@ private:
         keep(added, rig);
         result_.reports.push_back(report);
     }
+
+    MotionClip read(const MotionFile& file) const { return read_motion(file, amass_model_ ? &*amass_model_ : nullptr); }
 
     void set_rate(MotionClip& clip, const MotionFile& file) const
     {
@@ -221,6 +225,7 @@ private:
     const std::function<void(const std::string&)>& tell_;
     std::vector<JointMap> named_maps_, maps_;
     MotionClip reference_;
+    std::optional<SmplSkeleton> amass_model_;
     std::vector<Kept> kept_;
     std::string left_out_;  ///< why poses or files were left out last
     std::optional<JointLimits> limits_;
@@ -243,6 +248,10 @@ void MotionFiles::add(Tool& tool, bool required)
     tool.input("reference", reference,
                "motion of the same rig with a frame in which the performer stands straight (--reference-frame says "
                "which), for rigs whose zero pose is something else",
+               false);
+    tool.input("rest-joints", rest_joints,
+               "for AMASS: .npz of the body model (SMPL, SMPL-H, SMPL-X) that the poses belong to, of which the rest "
+               "joints are taken, with each file's shape; without it limbs are straight at rest, 5 to 7 degrees off",
                false);
     tool.input("joint-limits", joint_limits,
                "ranges of motion to count violations of; without it those that come with the program", false);

@@ -19,8 +19,9 @@ struct MotionFiles {
     std::string joint_maps;  ///< folder; each clip that no joint_map fits takes the one that fits its joints
     std::string reference;   ///< motion of the same rig with a frame in which the performer stands straight
     std::string joint_limits;
+    std::string rest_joints;  ///< body model that AMASS's poses belong to (SmplSkeleton); "" without
 
-    /// --motion, --joint-map, --joint-maps, --reference and --joint-limits; the tool keeps references.
+    /// --motion, --joint-map, --joint-maps, --reference, --rest-joints and --joint-limits; the tool keeps references.
     void add(Tool& tool, bool required);
     /// The project's own maps and limits where none are given (installed_path).
     void complete();
