@@ -29,7 +29,7 @@ SHELL := /bin/bash
 BIN := $(BUILD)/bin
 CMAKE_FLAGS = -G Ninja $(if $(DATA),-DNDG_DATA="$(abspath $(DATA))")
 
-.PHONY: help deps build tools pipeline-tools avatar-tools dynamics-tools test test-export test-campaign build-asan test-asan test-asan-slow demo templates bodies poses dataset train tables bench format format-check tidy clean
+.PHONY: help deps build tools pipeline-tools avatar-tools dynamics-tools estimation-tools test test-export test-campaign build-asan test-asan test-asan-slow demo templates bodies poses dataset train tables bench format format-check tidy clean
 
 help: ## list the targets and variables
 	@printf 'Targets:\n'; grep -hE '^[a-z0-9-]+:.*## ' $(MAKEFILE_LIST) | sort | sed -E 's/^([a-z0-9-]+):.*## /  \1\t/' | expand -t 16
@@ -51,7 +51,8 @@ tools: TOOLS = $(call TOOLS_OF,pipelines/*.mk)
 pipeline-tools: TOOLS = $(call TOOLS_OF,pipelines/dataset.mk pipelines/train.mk pipelines/eval.mk pipelines/page.mk)
 avatar-tools: TOOLS = $(call TOOLS_OF,pipelines/dataset.mk pipelines/avatar.mk) fit-shape-space fit-correctives
 dynamics-tools: TOOLS = $(call TOOLS_OF,pipelines/dataset.mk pipelines/avatar.mk pipelines/dynamics.mk) fit-shape-space fit-correctives
-tools pipeline-tools avatar-tools dynamics-tools:
+estimation-tools: TOOLS = $(call TOOLS_OF,pipelines/dataset.mk pipelines/avatar.mk pipelines/estimation.mk) fit-shape-space fit-correctives
+tools pipeline-tools avatar-tools dynamics-tools estimation-tools:
 	@pipelines/install-packages.sh --quiet
 	@cmake -S . -B $(BUILD) $(CMAKE_FLAGS) > /dev/null
 	@cmake --build $(BUILD) -j $(JOBS) --target $(TOOLS)
@@ -96,6 +97,7 @@ include pipelines/page.mk
 include pipelines/avatar.mk
 include pipelines/curve.mk
 include pipelines/dynamics.mk
+include pipelines/estimation.mk
 include pipelines/scan.mk
 include pipelines/slurm/slurm.mk
 include pipelines/release.mk

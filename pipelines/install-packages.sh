@@ -7,7 +7,7 @@ packages=(
     build-essential cmake ninja-build git
     libeigen3-dev libsuitesparse-dev libopenblas-dev libtet1.5-dev libcgal-dev libhdf5-dev
     libcli11-dev nlohmann-json3-dev libfmt-dev libspdlog-dev libssl-dev zlib1g-dev
-    libtorch-dev libdnnl-dev libembree-dev libtinygltf-dev libpng-dev libwebp-dev
+    libtorch-dev libdnnl-dev libembree-dev libceres-dev libtinygltf-dev libpng-dev libwebp-dev
     catch2 hdf5-tools python3-h5py python3-numpy python3-torch
 )
 quiet=

@@ -126,3 +126,43 @@ TEST_CASE("the walk is symmetric and its feet alternate on the ground; the squat
     CHECK(lowest < 0.45 * rest(0, 1));
     CHECK(tilt < 12 * degree);
 }
+
+TEST_CASE("motions in which flesh swings are within human ranges, and their flights are free falls")
+{
+    const Points rest = human_joints();
+    const JointLimits limits(read_joint_limits(config_path("joint-limits.json")), rest);
+    int num_motions = 0, num_flights = 0;
+    for (const MotionFile& file : find_motion_files({config_path("dynamic-motions")})) {
+        INFO(file.path);
+        REQUIRE(file.keyframes);
+        const KeyframeMotion motion = read_keyframe_motion(file.path);
+        CHECK(motion.duration >= 1.5);
+        for (const Pose& pose : keyframe_poses(motion, rest, 20.0).poses) {
+            for (const double excess : limits.excess(pose.parent_from_joint)) CHECK(excess < 18 * degree);
+        }
+        KeyframeMotion grounded = motion;
+        grounded.lift = {};
+        const PoseSet high = keyframe_poses(motion, rest, 0.0), low = keyframe_poses(grounded, rest, 0.0);
+        for (int f = 0; f < high.size(); ++f) {
+            const Eigen::Vector3d raised =
+                high.poses[std::size_t(f)].root_translation - low.poses[std::size_t(f)].root_translation;
+            const Eigen::Vector3d expected(0, motion.height(f / motion.frame_rate), 0);
+            CHECK((raised - expected).norm() < 1e-12);
+        }
+        ++num_motions;
+        if (motion.lift.times.empty()) continue;
+        // From the top to the ground in the time that falling takes.
+        double top = 0, top_time = 0;
+        for (double t = 0; t < motion.period; t += 1e-3) {
+            if (motion.height(t) <= top) continue;
+            top = motion.height(t);
+            top_time = t;
+        }
+        double end = top_time;
+        while (motion.height(end) > 1e-9) end += 1e-3;
+        CHECK(end - top_time == Approx(std::sqrt(2 * top / 9.81)).epsilon(0.1));
+        ++num_flights;
+    }
+    CHECK(num_motions == 5);
+    CHECK(num_flights == 3);
+}

@@ -7,7 +7,7 @@ import sys
 
 source = sys.argv[1]
 layers = ["core", "io", "solver", "geometry", "body", "bones", "dataset", "body_source", "placement", "measures", "scan", "registration", "procedural", "makehuman", "anatomical", "people",
-          "wraps", "template_build", "layers", "motion", "retarget", "deform", "avatar", "protrusion", "elastic", "simulation", "dynamics", "runtime", "info", "release", "neural", "evaluate", "scene", "export", "page", "display"]
+          "wraps", "template_build", "layers", "motion", "retarget", "deform", "avatar", "protrusion", "elastic", "simulation", "dynamics", "capture", "estimation", "runtime", "info", "release", "neural", "evaluate", "scene", "export", "page", "display"]
 # Headers that only sources of their own module include.
 internal = {"lib/ndg/io/h5_handles.h", "lib/ndg/geometry/cgal_mesh.h"} | {f"lib/ndg/neural/{n}.h" for n in (
     "adamw", "checkpoint", "coefficients", "matrix_product", "model_state", "network", "objective", "output_basis", "parametrisation",

@@ -3,15 +3,21 @@
 
 #include "ndg/core/error.h"
 #include "ndg/elastic/elements.h"
-#include "ndg/elastic/layered_body.h"
+#include "ndg/elastic/varied_layered_body.h"
 
 namespace ndg {
 
 LayeredDrivenBody::LayeredDrivenBody(const Template& body_template, const Body& body, const SimulationOptions& options,
-                                     double density)
-    : body_(body), options_(options), poser_(body_template, options.posing), weights_(body_template.volume_weights())
+                                     double density, const Eigen::VectorXd& stiffness_scales)
+    : body_(body),
+      options_(options),
+      poser_(body_template, options.posing),
+      weights_(body_template.volume_weights()),
+      stiffness_scales_(stiffness_scales)
 {
-    elastic_ = std::make_unique<ElasticBody>(layered_body(body_template, options.material));
+    elastic_ = std::make_unique<ElasticBody>(
+        stiffness_scales.size() == 0 ? layered_body(body_template, options.material)
+                                     : varied_layered_body(body_template, options.material, stiffness_scales));
     elastic_->set_rest(body.volume_vertices);
     rest_ = body.volume_vertices;
     skin_ = body_template.wrap_triangles.array() + 2 * body_template.num_wrap_vertices();
@@ -40,7 +46,14 @@ Points LayeredDrivenBody::equilibrium(const Pose& pose)
 {
     Simulator simulator(poser_, options_);
     simulator.set_body(body_);
-    const SimulationResult result = simulator.simulate(pose);
+    SimulationResult result = simulator.simulate(pose);
+    if (result.newton.converged() && stiffness_scales_.size() > 0) {
+        // elastic_ may know an integrator's terms by now.
+        ElasticBody still = varied_layered_body(poser_.body_template(), options_.material, stiffness_scales_);
+        still.set_rest(rest_);
+        const Objective objective(still);
+        result.newton = NewtonSolver(objective).minimise(result.vertices, options_.newton);
+    }
     require(result.newton.converged(), "the flesh finds no equilibrium in the first pose: Newton's method {}",
             describe(result.newton.stop));
     return result.vertices;

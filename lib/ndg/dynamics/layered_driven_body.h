@@ -10,11 +10,13 @@ namespace ndg {
 /// the pose. Keeps references to template and body.
 class LayeredDrivenBody : public DrivenBody {
 public:
-    LayeredDrivenBody(const Template& body_template, const Body& body, const SimulationOptions& options,
-                      double density);
+    /// `stiffness_scales`: of every prism (elastic/varied_layered_body.h); empty: flesh of a kind is alike everywhere.
+    LayeredDrivenBody(const Template& body_template, const Body& body, const SimulationOptions& options, double density,
+                      const Eigen::VectorXd& stiffness_scales = {});
 
     DrivenPose pose(const Pose& pose) const override;
-    /// Static equilibrium, by Simulator. Throws Error where that finds none.
+    /// Static equilibrium, by Simulator; where flesh is not alike everywhere, from there on by Newton's method. Throws
+    /// Error where that finds none.
     Points equilibrium(const Pose& pose) override;
 
 private:
@@ -22,6 +24,7 @@ private:
     SimulationOptions options_;
     BodyPoser poser_;
     SkinningWeights weights_;
+    Eigen::VectorXd stiffness_scales_;
 };
 
 /// Of every vertex a sixth of its prisms', kg.

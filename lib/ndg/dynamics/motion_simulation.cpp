@@ -125,6 +125,7 @@ DynamicState MotionSimulation::initial()
         state.velocities = options_.step_rate_hertz * (moved - state.positions);
     }
     body_.start(state);
+    if (observer_) observer_(0, first, state);
     return state;
 }
 
@@ -157,7 +158,9 @@ NewtonResult MotionSimulation::step(int index, DynamicState& state)
     Points forces;
     loads_.at(time, masses, forces);
     integrator_.set_loads(masses, forces);
-    return integrator_.step(state, start_of_step(index, state, now), time, hook_);
+    NewtonResult result = integrator_.step(state, start_of_step(index, state, now), time, hook_);
+    if (observer_) observer_(index, driven(index), state);
+    return result;
 }
 
 DynamicBlock MotionSimulation::run(int index, const std::optional<DynamicState>& before)

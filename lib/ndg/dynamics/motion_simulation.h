@@ -6,6 +6,7 @@
 #include "ndg/dynamics/implicit_euler.h"
 #include "ndg/dynamics/scene_loads.h"
 
+#include <functional>
 #include <map>
 #include <optional>
 #include <string>
@@ -48,6 +49,9 @@ struct DynamicBlock {
 /// frame), seconds (of a core).
 const std::vector<std::string>& dynamics_statistics();
 
+/// Sees where a motion starts (step 0) and the end of every step.
+using StepObserver = std::function<void(int step, const DrivenPose& pose, const DynamicState& state)>;
+
 /// Keeps references to body and hook. One object a body and a thread.
 class MotionSimulation {
 public:
@@ -60,6 +64,8 @@ public:
     /// Block `index`; `before`: the state at the end of the one before it, none for the first. What it gives depends on
     /// nothing else. Throws Error where the motion cannot go on: energies that are not finite, skinning that collapses.
     DynamicBlock run(int index, const std::optional<DynamicState>& before);
+    /// From now on. The energy that the step minimised is still that of the body.
+    void observe(StepObserver observer) { observer_ = std::move(observer); }
     /// Of all steps so far, of one core.
     const NewtonTimes& seconds() const { return seconds_; }
 
@@ -80,6 +86,7 @@ private:
     int num_frames_;
     std::map<int, DrivenPose> driven_;
     NewtonTimes seconds_;
+    StepObserver observer_;
 };
 
 /// Where each vertex is when its surroundings move from `before` to `after`. Where skinning has (nearly) collapsed at

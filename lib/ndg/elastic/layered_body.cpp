@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ndg/elastic/layered_body.h"
 
+#include "ndg/core/error.h"
 #include "ndg/elastic/flesh_term.h"
 #include "ndg/elastic/neo_hookean_lanes.h"
 #include "ndg/elastic/skin_term.h"
+#include "ndg/elastic/varied_layered_body.h"
 #include "ndg/elastic/volume_guard_term.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace ndg {
 
@@ -21,10 +24,24 @@ std::vector<Lame> prism_materials(const Template& body_template, const MaterialO
 
 ElasticBody layered_body(const Template& body_template, const MaterialOptions& material)
 {
+    return varied_layered_body(body_template, material, Eigen::VectorXd::Ones(body_template.num_prisms()));
+}
+
+ElasticBody varied_layered_body(const Template& body_template, const MaterialOptions& material,
+                                const Eigen::VectorXd& stiffness_scales)
+{
     check_options(material);
     const int num_wrap = body_template.num_wrap_vertices(), num_vertices = body_template.num_volume_vertices();
     const Prisms& prisms = body_template.prisms;
-    const std::vector<Lame> lame = prism_materials(body_template, material);
+    std::vector<Lame> lame = prism_materials(body_template, material);
+    require(stiffness_scales.size() == static_cast<Eigen::Index>(lame.size()), "{} stiffnesses for {} prisms",
+            stiffness_scales.size(), lame.size());
+    for (std::size_t p = 0; p < lame.size(); ++p) {
+        const double scale = stiffness_scales[static_cast<Eigen::Index>(p)];
+        require(std::isfinite(scale) && scale > 0, "prism {} has {} times the stiffness of its kind", p, scale);
+        lame[p].mu *= scale;
+        lame[p].lambda *= scale;
+    }
 
     ElasticBody body(num_vertices, num_wrap);
     body.add(std::make_unique<FleshTerm<NeoHookeanLanes, PrismElement>>(prisms, lame, material.flesh_stiffness,

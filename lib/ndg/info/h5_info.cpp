@@ -218,6 +218,19 @@ void add_dynamics(const H5Reader& reader, FileReport& report)
         report.add("failed", "{}", fmt::join(reader.read_strings("/failures/sequences"), ", "));
 }
 
+void add_capture(const H5Reader& reader, FileReport& report)
+{
+    const std::vector<std::size_t> shape = reader.shape("/frames/vertices");
+    report.add("subject", "{}{}", reader.attribute("subject"),
+               reader.has("/truth/stiffness") ? ", a twin whose stiffness is known" : "");
+    report.add("surface", "{} vertices, {} triangles", shape[1], reader.shape("/skin/triangles")[0]);
+    const std::vector<std::string> names = reader.read_strings("/sequences/names");
+    const std::vector<double> rates = reader.read_doubles("/sequences/frame_rates");
+    report.add("motions", "{} of {} frames at {:g} Hz: {}", names.size(), shape[0],
+               rates.empty() ? 0.0 : *std::max_element(rates.begin(), rates.end()), fmt::join(names, ", "));
+    report.add("poses", "{}", reader.has("/poses/rotations") ? "one a frame" : "none");
+}
+
 void add_statistical_body(const H5Reader& reader, FileReport& report)
 {
     const auto rows = [&](const char* name) { return reader.has(name) ? reader.shape(name)[0] : 0; };
@@ -276,6 +289,7 @@ const Format formats[] = {
     {"ndg-model", "a trained network", add_model},
     {"ndg-correctives", "blend shapes linear in the pose", add_correctives},
     {"ndg-dynamics", "bodies in motion with inertia", add_dynamics},
+    {"ndg-capture", "a person's surface in motion, frame by frame", add_capture},
     {"ndg-dynamics-part", "finished frames of simulate-dynamics under way", add_part},
     {"ndg-statistical-body", "a statistical body: skins linear in shape and pose", add_statistical_body},
     {"ndg-avatar", "one person's soft tissue as tetrahedra, and what poses it", add_avatar},

@@ -2,6 +2,7 @@
 #include "ndg/io/npz.h"
 
 #include "ndg/core/error.h"
+#include "ndg/core/file.h"
 
 #include <charconv>
 #include <cmath>
@@ -146,7 +147,7 @@ std::vector<double> c_ordered(const std::vector<double>& values, const std::vect
     return ordered;
 }
 
-NpyArray parse_npy(std::string_view bytes, const std::string& item)
+NpyArray parse_npy(std::string_view bytes, const std::string& item, bool finite)
 {
     constexpr std::string_view magic = "\x93NUMPY";
     require_input(bytes.size() >= 10 && bytes.substr(0, magic.size()) == magic, "{}: is no .npy array", item);
@@ -181,7 +182,7 @@ NpyArray parse_npy(std::string_view bytes, const std::string& item)
     array.shape = header.shape;
     array.values.resize(count);
     copy(data, array.values);
-    for (std::size_t i = 0; i < count; ++i) {
+    for (std::size_t i = 0; finite && i < count; ++i) {
         require_input(std::isfinite(array.values[i]), "{}: value {} is {}", item, i, array.values[i]);
     }
     if (header.fortran_order && array.shape.size() > 1) array.values = c_ordered(array.values, array.shape);
@@ -190,13 +191,29 @@ NpyArray parse_npy(std::string_view bytes, const std::string& item)
 
 }  // namespace
 
+NpyArray read_npy(const std::string& path, bool finite)
+{
+    return parse_npy(read_file(path), path, finite);
+}
+
 NpzFile::NpzFile(const std::string& path) : zip_(path) {}
 
-NpyArray NpzFile::read(const std::string& key) const
+std::vector<std::string> NpzFile::keys() const
+{
+    constexpr std::string_view extension = ".npy";
+    std::vector<std::string> keys;
+    for (const auto& [name, entry] : zip_.entries()) {
+        if (name.size() <= extension.size() || name.substr(name.size() - extension.size()) != extension) continue;
+        keys.push_back(name.substr(0, name.size() - extension.size()));
+    }
+    return keys;
+}
+
+NpyArray NpzFile::read(const std::string& key, bool finite) const
 {
     require_input(has(key), "{}: has no array \"{}\"", path(), key);
     const std::string item = fmt::format("{}: \"{}\"", path(), key);
-    return parse_npy(zip_.unpack(key + ".npy", item), item);
+    return parse_npy(zip_.unpack(key + ".npy", item), item, finite);
 }
 
 }  // namespace ndg

@@ -15,6 +15,9 @@ struct NpyArray {
     std::vector<double> values;       ///< in C order
 };
 
+/// One array as numpy.save writes it. Types and errors as those of NpzFile::read; `finite` as there.
+NpyArray read_npy(const std::string& path, bool finite = true);
+
 /// Reads an archive; entries are unpacked when asked for. Sizes are checked against the file before memory is taken.
 class NpzFile {
 public:
@@ -26,7 +29,11 @@ public:
     /// float32, float64 or integers, little-endian, in C or Fortran order. Throws InputError naming file, key and
     /// value: missing key, wrong checksum, other type (pickled objects among them), size that does not match the shape,
     /// non-finite.
-    NpyArray read(const std::string& key) const;
+    NpyArray read(const std::string& key) const { return read(key, true); }
+    /// The same; `finite` false lets values through that are no numbers.
+    NpyArray read(const std::string& key, bool finite) const;
+    /// Names of the archive's arrays, sorted.
+    std::vector<std::string> keys() const;
 
 private:
     ZipFile zip_;

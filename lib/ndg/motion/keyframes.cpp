@@ -118,6 +118,12 @@ std::vector<double> KeyframeMotion::angles(double time) const
     return result;
 }
 
+double KeyframeMotion::height(double time) const
+{
+    if (lift.times.empty()) return 0;
+    return period > 0.0 ? evaluate_periodic(lift, period, time) : evaluate(lift.times, lift.values, time);
+}
+
 PoseSet keyframe_poses(const KeyframeMotion& motion, const Eigen::Ref<const Points>& joint_positions,
                        double poses_per_second)
 {
@@ -132,6 +138,7 @@ PoseSet keyframe_poses(const KeyframeMotion& motion, const Eigen::Ref<const Poin
         if (frame >= motion.num_frames()) break;
         Pose pose = frames.pose(motion.angles(frame / motion.frame_rate));
         pose.root_translation = ground_translation(motion.ground, pose, joint_positions, soles);
+        pose.root_translation.y() += motion.height(frame / motion.frame_rate);
         poses.poses.push_back(pose);
         poses.clip_idx.push_back(0);
         poses.frame_idx.push_back(frame);

@@ -30,6 +30,7 @@ enum class Ground {
 ///  "frame_rate": Hz, "duration": s,
 ///  "period": s (optional): the tracks describe one cycle, repeated until `duration`,
 ///  "ground": "none", "lowest_foot" or "both_feet" (optional, "none"),
+///  "lift": [[time, metres], ...] (optional): how far above the ground, in jumps; "ground" must not be "none",
 ///  "stance": {angle: degrees} (optional): values where nothing else is said, otherwise 0,
 ///  "tracks": {angle: [[time, degrees], ...]} (optional),
 ///  "poses": [{"time": s, "angles": {angle: degrees}}, ...] (optional): all angles named in any of them get a key in
@@ -46,11 +47,14 @@ struct KeyframeMotion {
     Ground ground = Ground::none;
     std::vector<double> stance;  ///< rad, one of each clinical angle
     std::vector<KeyframeTrack> tracks;
+    KeyframeTrack lift;  ///< m; without keys on the ground
 
     int num_frames() const;
     /// Clinical angles at a time, rad. Between keys a cubic without overshoot (Fritsch and Carlson 1980), flat before
     /// the first and after the last.
     std::vector<double> angles(double time) const;
+    /// Height above the ground at a time, m.
+    double height(double time) const;
 };
 
 /// Whether a file is a .json that begins as a motion of ours does.

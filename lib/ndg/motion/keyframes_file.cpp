@@ -8,6 +8,7 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
+#include <limits>
 #include <map>
 #include <set>
 
@@ -37,7 +38,7 @@ public:
     KeyframeMotion read(const JsonValue& root)
     {
         root.check_keys({"format", "licence", "description", "sources", "frame_rate", "duration", "period", "ground",
-                         "stance", "tracks", "poses"});
+                         "lift", "stance", "tracks", "poses"});
         root.at("format").choice({format_name});
         motion_.licence = root.at("licence").text();
         require_input(!motion_.licence.empty(), "{}: has no \"licence\"", motion_.path);
@@ -59,6 +60,7 @@ public:
         if (root.has("tracks")) {
             for (const auto& [name, keys] : root.at("tracks").members()) read_track(name, keys);
         }
+        if (root.has("lift")) read_lift(root.at("lift"));
         if (root.has("poses")) read_poses(root.at("poses"));
         require_input(!motion_.tracks.empty(), "{}: has neither tracks nor poses", motion_.path);
         return motion_;
@@ -150,17 +152,30 @@ private:
         return time;
     }
 
+    void read_keys(const JsonValue& keys, const char* expected, double low, std::vector<double>& times,
+                   std::vector<double>& values) const
+    {
+        for (const JsonValue& key : keys.elements()) {
+            key.expect(key.is_list() && key.elements().size() == 2, expected);
+            const std::vector<JsonValue> pair = key.elements();
+            times.push_back(read_time(pair[0], times.empty() ? -1.0 : times.back()));
+            values.push_back(pair[1].number(low));
+        }
+        keys.expect(!times.empty(), "a list of keys");
+    }
+
     void read_track(const std::string& name, const JsonValue& keys)
     {
         std::vector<double> times, values;
-        for (const JsonValue& key : keys.elements()) {
-            key.expect(key.is_list() && key.elements().size() == 2, "[time, degrees]");
-            const std::vector<JsonValue> pair = key.elements();
-            times.push_back(read_time(pair[0], times.empty() ? -1.0 : times.back()));
-            values.push_back(pair[1].number());
-        }
-        keys.expect(!times.empty(), "a list of keys");
+        read_keys(keys, "[time, degrees]", std::numeric_limits<double>::lowest(), times, values);
         add_track(name, times, values);
+    }
+
+    void read_lift(const JsonValue& keys)
+    {
+        require_input(motion_.ground != Ground::none,
+                      "{}: \"lift\" is a height above the ground, which needs \"ground\"", motion_.path);
+        read_keys(keys, "[time, metres]", 0, motion_.lift.times, motion_.lift.values);
     }
 
     void read_poses(const JsonValue& list)
