@@ -4,9 +4,10 @@
 #include "ndg/core/interrupt.h"
 #include "ndg/core/tool.h"
 #include "ndg/dataset/shards.h"
+#include "ndg/display/dynamics_display.h"
+#include "ndg/display/penetrations.h"
 #include "ndg/display/sequence_picture.h"
 #include "ndg/dynamics/avatar_body.h"
-
 #include "ndg/dynamics/interacting_body.h"
 #include "ndg/dynamics/layered_driven_body.h"
 #include "ndg/dynamics/scene_file.h"
@@ -15,89 +16,11 @@
 #include "ndg/io/licences.h"
 
 #include <algorithm>
-#include <functional>
 #include <optional>
 
 namespace {
 
 using namespace ndg;
-
-/// What of a body is shown.
-struct Shown {
-    Triangles triangles;
-    std::function<Points(int frame_idx, const Points& positions)> vertices;
-};
-
-/// The skin that moves.
-Shown moving_skin(const DynamicsSet& set)
-{
-    std::vector<int> place(static_cast<std::size_t>(set.num_vertices()), -1), vertices;
-    for (Eigen::Index i = 0; i < set.skin_triangles.size(); ++i) {
-        place[static_cast<std::size_t>(set.skin_triangles.data()[i])] = 0;
-    }
-    for (std::size_t v = 0; v < place.size(); ++v) {
-        if (place[v] < 0) continue;
-        place[v] = static_cast<int>(vertices.size());
-        vertices.push_back(static_cast<int>(v));
-    }
-    Shown shown;
-    shown.triangles = set.skin_triangles.unaryExpr([&](int vertex) { return place[static_cast<std::size_t>(vertex)]; });
-    shown.vertices = [vertices](int, const Points& positions) {
-        Points skin(static_cast<Eigen::Index>(vertices.size()), 3);
-        for (std::size_t v = 0; v < vertices.size(); ++v) {
-            skin.row(static_cast<Eigen::Index>(v)) = positions.row(vertices[v]);
-        }
-        return skin;
-    };
-    return shown;
-}
-
-/// The skin, and what the body is `among`, if anything. Keeps references.
-MeshSequence first_motion(const DynamicsReader& reader, const Shown& shown, const InteractingBody* among,
-                          const std::string& credits)
-{
-    const auto [begin, end] = reader.set().frames_of(0);
-    ExportedMesh mesh;
-    mesh.name = "skin";
-    mesh.triangles = shown.triangles;
-    mesh.colour = Eigen::Vector3f(0.86f, 0.68f, 0.58f);
-    MeshSequence sequence;
-    sequence.meshes = {mesh};
-    std::vector<Interaction::Rows> rows;
-    const auto add = [&](const std::string& name, const Triangles& triangles, const Interaction::Rows& where,
-                         const Eigen::Vector3f& colour) {
-        ExportedMesh other;
-        other.name = name;
-        other.triangles = triangles;
-        other.colour = colour;
-        sequence.meshes.push_back(other);
-        rows.push_back(where);
-    };
-    if (among != nullptr) {
-        const Interaction& scene = among->interaction();
-        for (std::size_t i = 0; i < scene.obstacles().size(); ++i) {
-            add(scene.obstacles()[i].name, scene.obstacles()[i].shape.triangles, scene.obstacle_rows()[i],
-                {0.55f, 0.6f, 0.65f});
-        }
-        for (std::size_t i = 0; i < scene.garments().size(); ++i) {
-            add(scene.garments()[i].name, scene.garments()[i].worn.triangles, scene.garment_rows()[i],
-                {0.25f, 0.4f, 0.6f});
-        }
-    }
-    sequence.num_frames = end - begin;
-    sequence.frame_rate = reader.set().frame_rate_hertz;
-    sequence.credits = credits;
-    sequence.frame = [&reader, &shown, rows, first = begin](int frame_idx) {
-        const Points positions = reader.frame(first + frame_idx);
-        std::vector<MeshFrame> frames(1 + rows.size());
-        frames[0].vertices = shown.vertices(frame_idx, positions);
-        for (std::size_t i = 0; i < rows.size(); ++i) {
-            frames[i + 1].vertices = positions.middleRows(rows[i].first, rows[i].count);
-        }
-        return frames;
-    };
-    return sequence;
-}
 
 /// Of all surfaces in a scene: those that stand in files of their own are hashed nowhere else.
 std::string shapes_hash(const Scene& scene)
@@ -127,11 +50,11 @@ int main(int argc, char** argv)
         "simulate-dynamics",
         "Moves a body through motions with inertia: its flesh lags, swings and bears loads. Resumable within a motion.",
         "simulate-dynamics --avatar avatar.h5 --poses jump.h5 --output jump-dynamics.h5 --mesh jump.glb");
-    std::string avatar_path, template_path, bodies_path, poses_path, scene_path, stiffness_path, output, mesh, picture,
-        clip, shard_text = "0/1";
+    std::string avatar_path, template_path, bodies_path, poses_path, scene_path, stiffness_path, output, mesh, page,
+        picture, clip, shard_text = "0/1";
     std::string model = "soft-tissue";
     int body_idx = 0, join = 0;
-    double min_converged = 0.99;
+    double min_converged = 0.99, picture_range = 0;
     TissueStiffness stiffness;
     DynamicsOptions options;
     ContactSceneOptions contact;
@@ -148,6 +71,7 @@ int main(int argc, char** argv)
     tool.output("output", output, "vertices over time; a shard i of n goes to <output>.shards/<i>-of-<n>.h5", true,
                 true);
     tool.output("mesh", mesh, "the skin in the first motion, by extension: .glb, .usda, ...", false);
+    tool.output("page", page, "HTML file that shows the first motion in a browser, beside skinning alone", false);
     tool.output("picture", picture, "PNG file of frames of the first motion", false);
     tool.parameter("model", model, "soft-tissue: an avatar's; layered: muscle, fat and skin of a layered body",
                    std::vector<std::string>{"soft-tissue", "layered"});
@@ -164,10 +88,12 @@ int main(int argc, char** argv)
     tool.options(layered.posing);
     tool.options(layered.material);
     tool.options(pictured);
+    tool.parameter("picture-range", picture_range,
+                   "distance from the skinned shape in mm that the picture shows in full red; 0: plain skin", 0, 1000);
     tool.parameter("min-converged", min_converged, "smallest share of converged frames for exit code 0", 0, 1);
     return tool.run(argc, argv, [&] {
         catch_interrupts();
-        const int steps_per_frame = options.steps_per_frame();
+        options.steps_per_frame();
         const bool soft = model == "soft-tissue";
         const Shard shard = parse_shard(shard_text);
         require_input(avatar_path.empty() != soft && (template_path.empty() && bodies_path.empty()) == soft,
@@ -231,30 +157,31 @@ int main(int argc, char** argv)
             join > 0 ? join_dynamics(output, join, provenance)
                      : simulate_dynamics(run, sequences, path, provenance, interrupt_requested, tool.force());
         fmt::print("{}: {}", path, dynamics_report(set));
-        if (!mesh.empty() || !picture.empty()) {
-            Shown shown = moving_skin(set);
-            const DynamicActor actor = run.make_actor();
-            const auto* among = dynamic_cast<const InteractingBody*>(actor.body.get());
-            const int body_begin = among == nullptr ? 0 : among->interaction().body_begin();
-            const auto first = std::find_if(sequences.begin(), sequences.end(),
-                                            [&](const auto& s) { return s.name == set.sequence_names[0]; });
-            if (soft) {  // with head, hands and feet
-                shown.triangles = avatar->whole_skin_triangles;
-                shown.vertices = [&](int frame_idx, const Points& positions) {
-                    const auto last = static_cast<int>(first->poses.size()) - 1;
-                    const auto step = static_cast<std::size_t>(std::min(frame_idx * steps_per_frame, last));
-                    return AvatarPoser(*avatar).display_skin(first->poses[step],
-                                                             positions.middleRows(body_begin, avatar->num_vertices()));
-                };
+        const DynamicsReader reader(path);
+        const DynamicsDisplay display(reader, soft ? &*avatar : nullptr);
+        const std::string credits = one_line(merged_licences(provenance));
+        std::vector<PenetrationCount> penetrations;
+        if (contact.contact || scene.contact || !set.others.empty()) {
+            for (std::size_t i = 0; i < set.sequence_names.size(); ++i) {
+                const std::vector<PenetrationCount> counts = count_penetrations(display, static_cast<int>(i));
+                fmt::print("\"{}\", what is inside of what:\n{}", set.sequence_names[i], penetration_lines(counts));
+                penetrations.insert(penetrations.end(), counts.begin(), counts.end());
             }
-            const DynamicsReader reader(path);
-            const MeshSequence sequence = first_motion(reader, shown, among, one_line(merged_licences(provenance)));
-            if (!mesh.empty()) {
-                export_meshes(mesh, sequence);
-                fmt::print("{}: {} frames of \"{}\"\n", mesh, sequence.num_frames, set.sequence_names[0]);
-            }
-            if (!picture.empty()) write_png(picture, sequence_picture(sequence, pictured));
         }
+        if (!mesh.empty()) {
+            const MeshSequence sequence = display.sequence(0, credits);
+            export_meshes(mesh, sequence);
+            fmt::print("{}: {} frames of \"{}\"\n", mesh, sequence.num_frames, set.sequence_names[0]);
+        }
+        if (!page.empty()) {
+            const double error = write_dynamics_page(page, display, 0, credits);
+            fmt::print("{}: every vertex within {:.2f} mm\n", page, 1e3 * error);
+        }
+        if (!picture.empty()) {
+            require_input(picture_range == 0 || soft, "--picture-range needs an avatar, which tells the skinned shape");
+            write_png(picture, sequence_picture(display.sequence(0, credits, 1e-3 * picture_range), pictured));
+        }
+        require_apart(penetrations);
         require_converged(set, min_converged);
     });
 }

@@ -129,6 +129,69 @@ TEST_CASE("A bending tube in a sleeve is hit by a ball; a run that goes on from 
     CHECK(resumed.state.velocities == state->velocities);
 }
 
+TEST_CASE("An obstacle that follows a joint goes with it and presses the flesh all the way")
+{
+    const Template tube = test::tube_template(12, 10);
+    Obstacle clamp;
+    clamp.name = "clamp";
+    clamp.shape = box_shape({0.04, 0.08, 0.2}, 0.05);
+    // Beside the forearm at rest, nearer by a centimetre at the end.
+    const double reach = tube.rest.skin_vertices.col(0).maxCoeff() + 0.02 + 0.004;
+    const Eigen::RowVector3d elbow = tube.rest.joint_positions.row(tube.skeleton.joint("left_forearm"));
+    const double height = 0.5 * (elbow[1] + tube.rest.skin_vertices.col(1).minCoeff());
+    clamp.keys.push_back({0, {reach, height, 0}, Eigen::Quaterniond::Identity()});
+    clamp.keys.push_back({0.1, {reach - 0.01, height, 0}, Eigen::Quaterniond::Identity()});
+    clamp.follows = "left_forearm";
+    std::vector<Pose> poses;
+    for (int n = 0; n <= 16; ++n) poses.push_back(test::tube_pose(0.5 * n / 16));
+    const auto body = dressed_tube(tube, {clamp}, {});
+    REQUIRE(body->other_surfaces().size() == 1);
+    CHECK(body->other_surfaces()[0].name == "clamp");
+    CHECK_FALSE(body->other_surfaces()[0].garment);
+    const auto hook = body->hook();
+    MotionSimulation simulation(*body, poses, {}, {}, hook.get());
+    std::optional<DynamicState> state;
+    for (int b = 0; b < simulation.num_blocks(); ++b) {
+        const DynamicBlock block = simulation.run(b, state);
+        for (const double converged : block.statistics.at("converged")) CHECK(converged == 1);
+        state = block.state;
+    }
+    const Interaction::Rows rows = body->interaction().obstacle_rows()[0];
+    const std::vector<Eigen::Isometry3d> motions =
+        forward_kinematics(body->skeleton(), body->joint_positions(), poses.back());
+    const Eigen::Isometry3d motion = motions[static_cast<std::size_t>(body->skeleton().joint("left_forearm"))];
+    CHECK((motion.matrix() - Eigen::Matrix4d::Identity()).norm() > 0.3);
+    const Points expected = clamp.vertices(16 / 120.0, motion);
+    CHECK((state->positions.middleRows(rows.first, rows.count) - expected).rowwise().norm().maxCoeff() < 1e-12);
+    CHECK(find_penetrations(body->scene().surfaces(), state->positions, body->num_held()).empty());
+    // It has pressed: some of the flesh is a few millimetres from where skinning has it.
+    const Points flesh =
+        state->positions.middleRows(body->interaction().body_begin(), test::soft_tube(tube, 1, 1).num_vertices());
+    const Points skinned =
+        apply_maps(test::tube_poser(tube).world_from_unposed(poses.back()), test::soft_tube(tube, 1, 1).rest);
+    CHECK((flesh - skinned).rowwise().norm().maxCoeff() > 4e-3);
+    clamp.follows = "left_wing";
+    CHECK_THROWS_WITH(dressed_tube(tube, {clamp}, {}), Catch::Contains("left_wing"));
+}
+
+TEST_CASE("A box is closed, turned outwards and of its size; contact of skin alone is asked for by a scene")
+{
+    const TriangleMesh box = box_shape({0.3, 0.1, 0.2}, 0.04);
+    CHECK(closed_surface_defect(box.vertices, box.triangles).empty());
+    CHECK(enclosed_volume(box.vertices, box.triangles) == Approx(0.3 * 0.1 * 0.2));
+    CHECK(box.vertices.colwise().maxCoeff().isApprox(Eigen::RowVector3d(0.15, 0.05, 0.1)));
+    double longest = 0;
+    for (Eigen::Index t = 0; t < box.triangles.rows(); ++t) {
+        for (int k = 0; k < 3; ++k) {
+            const auto a = box.vertices.row(box.triangles(t, k)), b = box.vertices.row(box.triangles(t, (k + 1) % 3));
+            longest = std::max(longest, (a - b).norm());
+        }
+    }
+    CHECK(longest <= 0.04 * std::sqrt(2.0) + 1e-12);
+    CHECK(read_text(R"({"contact": true})").contact);
+    CHECK_FALSE(read_text("{}").contact);
+}
+
 TEST_CASE("What starts inside the driven body is refused, and so is a garment on a joint that is not there")
 {
     const Template tube = test::tube_template(12, 10);
@@ -181,6 +244,9 @@ TEST_CASE("Scenes say what is met and worn, and are refused with the place where
     refused(R"({"obstacles": [{"type": "cube"}]})", "obstacles[0].type");
     refused(R"({"obstacles": [{"type": "sphere"}]})", "radius");
     refused(R"({"obstacles": [{"type": "sphere", "radius": -1}]})", "obstacles[0].radius");
+    refused(R"({"obstacles": [{"type": "box", "size": [1, 0, 1]}]})", "obstacles[0].size");
+    refused(R"({"obstacles": [{"type": "sphere", "radius": 1, "free": true, "mass_kg": 1, "follows": "head"}]})",
+            "follows");
     refused(R"({"obstacles": [{"type": "sphere", "radius": 1, "size": 2}]})", "size");
     refused(R"({"obstacles": [{"type": "sphere", "radius": 1, "mass_kg": 2}]})", "not \"free\"");
     refused(R"({"obstacles": [{"type": "plane", "free": true, "mass_kg": 2}]})", "plane");

@@ -65,6 +65,31 @@ def differing_dataset(one, other, is_left_out=lambda name: False):
     return next((name for name in left if not is_left_out(name) and not numpy.array_equal(left[name], right[name])), "")
 
 
+def as_motions(poses, lengths):
+    """Makes motions of so many of a file's poses, "motion 0" and so on, the last one of all that are left."""
+    with h5py.File(poses, "r+") as file:
+        count = len(file["poses/clip_idx"])
+        clips = [next((c for c, end in enumerate(numpy.cumsum(lengths)) if i < end), len(lengths) - 1) for i in range(count)]
+        file["poses/clip_idx"][...] = clips
+        file["poses/frame_idx"][...] = [i - clips.index(clip) for i, clip in enumerate(clips)]
+        for name, values in (("names", [f"motion {c}" for c in range(len(lengths))]), ("frame_rates", [30.0] * len(lengths))):
+            kind = file["clips/" + name].dtype
+            del file["clips/" + name]
+            file.create_dataset("clips/" + name, data=values, dtype=kind)
+
+
+def same_dynamics(one, other):
+    """Datasets alike bit for bit, timings apart."""
+    def datasets(path):
+        found = {}
+        with h5py.File(path, "r") as file:
+            file.visititems(lambda name, item: found.update({name: item[...]}) if isinstance(item, h5py.Dataset) else None)
+        found.pop("statistics/seconds")
+        return found
+    left, right = datasets(one), datasets(other)
+    return set(left) == set(right) and all(numpy.array_equal(left[name], right[name]) for name in left)
+
+
 def parts(output):
     """Finished items of a run under way."""
     folder = output + ".parts"

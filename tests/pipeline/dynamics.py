@@ -13,7 +13,7 @@ import time
 import h5py  # Debian's python3-h5py
 import numpy
 
-from dataset_files import Dataset, parts, run
+from dataset_files import Dataset, as_motions, parts, run, same_dynamics
 
 failures = []
 
@@ -24,69 +24,65 @@ def check(condition, text):
         failures.append(text)
 
 
-def same(one, other):
-    """Datasets alike bit for bit, timings apart."""
-    def datasets(path):
-        found = {}
-        with h5py.File(path, "r") as file:
-            file.visititems(lambda name, item: found.update({name: item[...]}) if isinstance(item, h5py.Dataset) else None)
-        found.pop("statistics/seconds")
-        return found
-    left, right = datasets(one), datasets(other)
-    return set(left) == set(right) and all(numpy.array_equal(left[name], right[name]) for name in left)
-
-
 folder = tempfile.mkdtemp(prefix="ndg-dynamics-")
 try:
     data = Dataset(sys.argv[1], folder, 9, 8)
-    with h5py.File(folder + "/poses.h5", "r+") as file:  # two motions
-        count = len(file["poses/clip_idx"])
-        file["poses/clip_idx"][...] = [0 if i < 13 else 1 for i in range(count)]
-        file["poses/frame_idx"][...] = [i if i < 13 else i - 13 for i in range(count)]
-        for name, values in (("names", ["one", "two"]), ("frame_rates", [30.0, 30.0])):
-            kind = file["clips/" + name].dtype
-            del file["clips/" + name]
-            file.create_dataset("clips/" + name, data=values, dtype=kind)
+    as_motions(folder + "/poses.h5", [13, 15])
 
     def command(output, *arguments, model="layered"):
         return [data.bin + "/simulate-dynamics", "--model", model, "--template", folder + "/template.h5", "--bodies",
                 folder + "/bodies.h5", "--poses", folder + "/poses.h5", "--bone-wrap", "lbs", "--frames-per-block", "2",
                 "--hold", "0.5", "--output", output, *arguments]
 
-    whole, killed, shards = (f"{folder}/{name}.h5" for name in ("whole", "killed", "shards"))
-    start = time.time()
-    code, text = run(command(whole, "--threads", "1"))
-    duration = time.time() - start
-    print(text)
-    check(code == 0 and os.path.exists(whole), f"an undisturbed run ends with exit code 0 in {duration:.1f} s")
+    # A ball that is thrown at the tube from the side: obstacles, friction and a body that gives way.
+    contact_scene = folder + "/contact.json"
+    with h5py.File(folder + "/bodies.h5", "r") as file:
+        skin = file["bodies/skin_vertices"][0]
+    middle = (skin.min(axis=0) + skin.max(axis=0)) / 2
+    with open(contact_scene, "w") as file:
+        json.dump({"obstacles": [{"name": "ball", "type": "sphere", "radius": 0.05, "edge": 0.05, "velocity": [-2, 0, 0],
+                                  "position": [float(skin[:, 0].max()) + 0.06, float(middle[1]), float(middle[2])],
+                                  "free": True, "mass_kg": 0.3}]}, file)
     seed = int(time.time())
     moments = random.Random(seed)
-    counts = []
-    for _ in range(6):
-        process = subprocess.Popen(command(killed, "--threads", "2"), stderr=subprocess.DEVNULL, stdout=subprocess.DEVNULL)
-        time.sleep(moments.uniform(0.05, duration / 3))
-        process.kill()
-        process.wait()
-        counts.append(10 ** 6 if os.path.exists(killed) else len(parts(killed)))
-    check(counts == sorted(counts) and counts[-1] > 0, f"six times kill -9 (seed {seed}): parts after each {counts}")
-    code, text = run(command(killed, "--threads", "2"))
-    check(code == 0 and not parts(killed), "then it ends, and leaves no parts")
-    check(same(whole, killed), "with the same frames, bit for bit")
+    whole, shards = folder + "/whole.h5", folder + "/shards.h5"
+    for label, told in (("without contact", []), ("with contact", ["--scene", contact_scene, "--clip", "motion 0"])):
+        undisturbed = whole if not told else folder + "/whole-contact.h5"
+        killed = undisturbed.replace("whole", "killed")
+        start = time.time()
+        code, text = run(command(undisturbed, "--threads", "1", *told))
+        duration = time.time() - start
+        print(text)
+        check(code == 0 and os.path.exists(undisturbed), f"{label}: an undisturbed run ends with exit code 0 in {duration:.1f} s")
+        counts = []
+        for _ in range(10):
+            process = subprocess.Popen(command(killed, "--threads", "2", *told), stderr=subprocess.DEVNULL, stdout=subprocess.DEVNULL)
+            time.sleep(moments.uniform(0.05, duration / 4))
+            process.kill()
+            process.wait()
+            counts.append(10 ** 6 if os.path.exists(killed) else len(parts(killed)))
+        check(counts == sorted(counts) and counts[-1] > 0, f"{label}: ten times kill -9 (seed {seed}): parts after each {counts}")
+        code, text = run(command(killed, "--threads", "2", *told))
+        check(code == 0 and not parts(killed), f"{label}: then it ends, and leaves no parts")
+        check(same_dynamics(undisturbed, killed), f"{label}: with the same frames, bit for bit")
+        if told:
+            check("ball inside skin, where skin gives way: no vertex in any frame" in text,
+                  f"{label}: it is told that the ball never was inside")
 
     with h5py.File(whole, "r") as file:
         names = [name.decode() for name in file["sequences/names"][...]]
         begins = list(file["sequences/frame_begin"][...]) + [len(file["frames/times"])]
         vertices = file["frames/vertices"][...]
-    check(names == ["one", "two"], f"motions {names}")
+    check(names == ["motion 0", "motion 1"], f"motions {names}")
     for i in range(2):
         code, text = run(command(shards, "--shard", f"{i}/2"))
         check(code == 0, f"shard {i} of 2")
     with h5py.File(folder + "/shards.shards/0001-of-0002.h5", "r") as file:
-        check(file["sequences/names"][0].decode() == "two"
+        check(file["sequences/names"][0].decode() == "motion 1"
               and numpy.array_equal(file["frames/vertices"][...], vertices[begins[1]:]), "a shard's motion is that of the whole")
 
     code, text = run(command(shards, "--join", "2"))
-    check(code == 0 and same(whole, shards), "shards put together are the whole, bit for bit")
+    check(code == 0 and same_dynamics(whole, shards), "shards put together are the whole, bit for bit")
     os.rename(folder + "/shards.shards/0000-of-0002.h5", folder + "/lost.h5")
     code, text = run(command(shards, "--join", "2", "--force"))
     check(code == 2 and "0000-of-0002" in text, "a shard that is lost is named")
@@ -116,6 +112,36 @@ try:
                              (("--body", "99"), "--body 99")):
         code, text = run(command(folder + "/none.h5", *arguments))
         check(code == 2 and words in text and not os.path.exists(folder + "/none.h5"), f"{' '.join(arguments)}: {words}")
+    inside = folder + "/inside.json"
+    with open(inside, "w") as file:
+        json.dump({"obstacles": [{"name": "stone", "type": "sphere", "radius": 0.05, "position": [float(v) for v in middle]}]}, file)
+    code, text = run(command(folder + "/none.h5", "--scene", inside))
+    check(code == 2 and "stone" in text and "start" in text and text.count("error:") == 1 and not os.path.exists(folder + "/none.h5"),
+          "a stone that starts inside the body: one error that names it")
+    # Damaged inputs: what is wrong is named, and there is no output.
+    for name, dataset, damage in (("poses.h5", "poses/rotations", lambda v: v.__setitem__((3, 2, 1), numpy.nan)),
+                                  ("poses.h5", "poses/root_translations", lambda v: v.__setitem__((3, 2), numpy.nan)),
+                                  ("bodies.h5", "bodies/volume_vertices", lambda v: v.__setitem__((0, 3, 1), numpy.nan)),
+                                  ("poses.h5", "poses/clip_idx", None)):
+        shutil.copy(f"{folder}/{name}", folder + "/kept.h5")
+        with h5py.File(f"{folder}/{name}", "r+") as file:
+            values = file[dataset][...]
+            if damage is not None:
+                damage(values)
+                file[dataset][...] = values
+            else:
+                kind = file[dataset].dtype
+                del file[dataset]
+                file.create_dataset(dataset, data=values[:-1], dtype=kind)
+        code, text = run(command(folder + "/none.h5", *(["--body", "0"] if name == "bodies.h5" else [])))
+        what = "too few values" if damage is None else "not a number"
+        check(code == 2 and dataset in text and text.count("error:") == 1 and not os.path.exists(folder + "/none.h5"),
+              f"{name}, {dataset}: {what}: {text.strip().splitlines()[-1][:150]}")
+        shutil.move(folder + "/kept.h5", f"{folder}/{name}")
+    page = folder + "/page.html"
+    code, text = run(command(whole, "--page", page))
+    with open(page) as file:
+        check(code == 0 and "NdgViewer.open" in file.read(), "a page of a finished run")
     code, text = run(command(folder + "/none.h5", model="soft-tissue"))
     check(code == 2 and "--avatar" in text, "soft tissue needs an avatar")
     code, text = run(command(whole, "--density", "900"))

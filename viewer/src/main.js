@@ -241,7 +241,10 @@ export function open(head) {
   new ResizeObserver(() => viewer.resize(view.clientWidth, view.clientHeight, devicePixelRatio)).observe(view);
   viewer.resize(view.clientWidth, view.clientHeight, devicePixelRatio);
   let written = location.hash;
-  viewer.addEventListener('ready', () => viewer.restore(fromLink(location.hash)));
+  viewer.addEventListener('ready', () => {
+    viewer.restore(head.opening ?? {});
+    viewer.restore(fromLink(location.hash));
+  });
   addEventListener('hashchange', () => { if (location.hash !== written) viewer.restore(fromLink(location.hash)); });
   viewer.addEventListener('rendered', () => {
     clearTimeout(linkTimer);

@@ -17,7 +17,8 @@ function section(title, ...children) {
 }
 
 function layersSection(viewer) {
-  const rows = layers.map(({ id, label }) => {
+  const { hasFlesh } = viewer.recording;
+  const rows = layers.filter(({ id }) => hasFlesh || id === 'skin').map(({ id, label }) => {
     const box = element('input', { type: 'checkbox', id: `layer-${id}`, onchange: () => viewer.setLayer(id, { shown: box.checked }) });
     const opacity = element('input', { type: 'range', min: 0.05, max: 1, step: 0.05, 'aria-label': `Opacity of ${label.toLowerCase()}`,
       oninput: () => viewer.setLayer(id, { opacity: Number(opacity.value), shown: true }) });
@@ -35,7 +36,7 @@ function layersSection(viewer) {
   viewer.addEventListener('rendered', () => {
     if (viewer.playing || viewer.frame === volumes.frame) return;
     volumes.frame = viewer.frame;
-    const names = { skin: 'Body', fat: 'Fat layer', muscle_wrap: 'Muscle layer' };
+    const names = hasFlesh ? { skin: 'Body', fat: 'Fat layer', muscle_wrap: 'Muscle layer' } : { skin: 'Body' };
     volumes.replaceChildren(...Object.entries(names).map(([id, name]) =>
       element('span', { 'data-volume': viewer.volumeOf(id)[0] * 1e6 }, `${name} ${volumeText(viewer.volumeOf(id))}`)));
   });
@@ -58,8 +59,9 @@ function methodsSection(viewer) {
 }
 
 function colourSection(viewer) {
-  const several = viewer.recording.head.methods.length > 1;
-  const options = Object.fromEntries(Object.entries(fields).filter(([id]) => several || id !== 'distance')
+  const several = viewer.recording.head.methods.length > 1, { hasFlesh } = viewer.recording;
+  const isKnown = (id) => (id === 'distance' ? several : hasFlesh || id === 'tissue');
+  const options = Object.fromEntries(Object.entries(fields).filter(([id]) => isKnown(id))
     .map(([id, field]) => [id, id === 'distance' ? `${field.label} ${viewer.recording.head.methods[0]}` : field.label]));
   const chosen = select('Colour by', options, (colour) => viewer.setColour(colour));
   const range = element('input', { type: 'number', min: 0.1, step: 'any', 'aria-label': 'Value in full colour',

@@ -41,6 +41,14 @@ export class Recording {
     return Uint32Array.from(this.tables.wrap_triangles, (v) => begin + v);
   }
 
+  /** A page may show a skin with nothing inside. */
+  get hasFlesh() { return this.head.num_wrap > 0; }
+
+  /** The skin without what stands around it. */
+  bodyTriangles() {
+    return this.skinTriangles().subarray(0, 3 * (this.head.num_body_triangles ?? Infinity));
+  }
+
   skinTriangles() {
     return Uint32Array.from(this.tables.skin_triangles, (v) => this.tables.skin_points[v]);
   }

@@ -203,7 +203,7 @@ export class Viewer extends EventTarget {
     if (what === 'fat') return [this.fields.layerVolume(1, shape), this.fields.layerVolume(1)];
     if (what === 'muscle_wrap') return [this.fields.layerVolume(0, shape), this.fields.layerVolume(0)];
     if (what === 'skin') {
-      this.skinTriangles ??= this.recording.skinTriangles();
+      this.skinTriangles ??= this.recording.bodyTriangles();
       return [shape, this.rest].map((s) => enclosedVolume(s.points, this.skinTriangles));
     }
     const anatomy = this.selected && this.anatomy[this.selected.layer];

@@ -43,7 +43,8 @@ void describe(OptionList& list, SequencePictureOptions& options)
     list.add("picture-height", options.height, "pixels of one frame of the picture", 50, 4000);
 }
 
-Image sequence_picture(const MeshSequence& sequence, const SequencePictureOptions& options)
+Image sequence_picture(const MeshSequence& sequence, const SequencePictureOptions& options,
+                       const std::vector<std::string>& given_labels)
 {
     check_options(options);
     require_input(!sequence.meshes.empty() && sequence.num_frames > 0, "a sequence of {} meshes and {} frames",
@@ -69,6 +70,7 @@ Image sequence_picture(const MeshSequence& sequence, const SequencePictureOption
     settings.height = options.height;
     settings.width = std::max(16, static_cast<int>(std::lround(frame_shape * options.height)));
     settings.occlusion_rays = occlusion_rays;
+    if (!given_labels.empty()) labels.columns = given_labels;
     const Camera camera = frame_points(body, view_direction(options.view), frame_shape);
     std::vector<Image> images;
     for (const auto& surfaces : frames) images.push_back(render(surfaces, camera, settings));

@@ -16,7 +16,9 @@ struct SequencePictureOptions {
 void describe(OptionList& list, SequencePictureOptions& options);
 
 /// Frames of a sequence side by side with their times. The first mesh, the body, fills the height in all of them
-/// alike; of others what is beside it is seen. Throws InputError for a sequence without meshes or frames.
-Image sequence_picture(const MeshSequence& sequence, const SequencePictureOptions& options);
+/// alike; of others what is beside it is seen. `labels`: above each frame in place of its time. Throws InputError for a
+/// sequence without meshes or frames.
+Image sequence_picture(const MeshSequence& sequence, const SequencePictureOptions& options,
+                       const std::vector<std::string>& labels = {});
 
 }  // namespace ndg

@@ -15,6 +15,15 @@ namespace ndg {
 struct DrivenPose {
     std::vector<AffineMap> world_from_unposed;  ///< of every vertex: how skinning moves what is about it
     Points held;                                ///< num_held x 3, m
+    /// Of every obstacle that a body is among: the motion from rest of the joint that it follows, or the identity.
+    std::vector<Eigen::Isometry3d> world_from_followed{};
+};
+
+/// A surface beside the body's skin: an obstacle, a garment.
+struct DynamicSurface {
+    std::string name;
+    bool garment = false;  ///< otherwise an obstacle
+    Triangles triangles;   ///< among all vertices
 };
 
 /// Vertices stand as in an ElasticBody: the held ones first.
@@ -32,6 +41,7 @@ public:
     virtual void start(DynamicState&) {}
     /// kg of every vertex that has weight even where flesh has none of its own.
     virtual Eigen::VectorXd falling_masses() const { return Eigen::VectorXd::Zero(num_vertices()); }
+    virtual std::vector<DynamicSurface> other_surfaces() const { return {}; }
 
     ElasticBody& elastic() { return *elastic_; }
     const Points& rest() const { return rest_; }               ///< N_v x 3

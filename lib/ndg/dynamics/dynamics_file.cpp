@@ -15,8 +15,83 @@ namespace ndg {
 
 namespace {
 
-const std::string format = "ndg-dynamics", vertices_name = "/frames/vertices";
-constexpr int version = 1;
+const std::string format = "ndg-dynamics", vertices_name = "/frames/vertices", rotations_name = "/frames/rotations",
+                  roots_name = "/frames/root_translations";
+constexpr int version = 2;
+
+void write_poses_of(H5Writer& file, const std::vector<Pose>& poses)
+{
+    const std::size_t joints = poses[0].parent_from_joint.size();
+    std::vector<float> rotations;
+    rotations.reserve(poses.size() * joints * 9);
+    RowMatrix roots(static_cast<Eigen::Index>(poses.size()), 3);
+    for (std::size_t i = 0; i < poses.size(); ++i) {
+        for (const Eigen::Matrix3d& rotation : poses[i].parent_from_joint) {
+            for (int k = 0; k < 9; ++k) rotations.push_back(static_cast<float>(rotation(k / 3, k % 3)));
+        }
+        roots.row(static_cast<Eigen::Index>(i)) = poses[i].root_translation.transpose();
+    }
+    file.write(rotations_name, {poses.size(), joints, 9}, rotations.data(),
+               "the pose of each frame: row-major rotation of each joint, from joint frame to parent frame");
+    file.write(roots_name, roots, "world displacement of the root joint, m", Storage::float64);
+}
+
+std::vector<Pose> read_poses_of(const H5Reader& file, std::size_t frames)
+{
+    const std::vector<std::size_t> shape = file.shape(rotations_name);
+    require_input(shape.size() == 3 && shape[0] == frames && shape[2] == 9,
+                  "{}: {} does not hold the poses of {} frames", file.path(), rotations_name, frames);
+    const RowMatrix roots = file.read_matrix(roots_name, static_cast<Eigen::Index>(frames), 3);
+    std::vector<Pose> poses(frames);
+    for (std::size_t i = 0; i < frames; ++i) {
+        const std::vector<float> values = file.read_slice(rotations_name, i);
+        for (std::size_t j = 0; j < shape[1]; ++j) {
+            using Stored = Eigen::Matrix<float, 3, 3, Eigen::RowMajor>;
+            poses[i].parent_from_joint.push_back(Eigen::Map<const Stored>(&values[9 * j]).cast<double>());
+        }
+        poses[i].root_translation = roots.row(static_cast<Eigen::Index>(i)).transpose();
+    }
+    return poses;
+}
+
+void write_others(H5Writer& file, const std::vector<DynamicSurface>& others)
+{
+    std::vector<std::string> names;
+    std::vector<int> garment, begin;
+    Eigen::Index count = 0;
+    for (const DynamicSurface& surface : others) count += surface.triangles.rows();
+    Triangles triangles(count, 3);
+    count = 0;
+    for (const DynamicSurface& surface : others) {
+        names.push_back(surface.name);
+        garment.push_back(surface.garment ? 1 : 0);
+        begin.push_back(static_cast<int>(count));
+        triangles.middleRows(count, surface.triangles.rows()) = surface.triangles;
+        count += surface.triangles.rows();
+    }
+    file.write("/others/names", names, "surfaces beside the skin");
+    file.write("/others/garment", garment, "1: a garment, 0: an obstacle");
+    file.write("/others/triangle_begin", begin, "first triangle of each");
+    file.write("/others/triangles", triangles, "among the vertices");
+}
+
+std::vector<DynamicSurface> read_others(const H5Reader& file, int num_vertices)
+{
+    std::vector<DynamicSurface> others;
+    if (!file.has("/others/names")) return others;
+    const std::vector<std::string> names = file.read_strings("/others/names");
+    const auto count = static_cast<std::int64_t>(names.size());
+    const Triangles triangles = file.read_int_matrix("/others/triangles", -1, 3, 0, num_vertices - 1);
+    const std::vector<int> garment = file.read_ints("/others/garment", count, 0, 1);
+    std::vector<int> begin = file.read_ints("/others/triangle_begin", count, 0, static_cast<int>(triangles.rows()));
+    begin.push_back(static_cast<int>(triangles.rows()));
+    require_input(std::is_sorted(begin.begin(), begin.end()), "{}: /others/triangle_begin does not ascend",
+                  file.path());
+    for (std::size_t i = 0; i < names.size(); ++i) {
+        others.push_back({names[i], garment[i] != 0, triangles.middleRows(begin[i], begin[i + 1] - begin[i])});
+    }
+    return others;
+}
 
 }  // namespace
 
@@ -46,6 +121,10 @@ void write_lists(H5Writer& file, const DynamicsSet& set)
     file.write("/sequences/names", set.sequence_names, "motions");
     file.write("/sequences/frame_begin", set.frame_begin, "first frame of each");
     file.write("/frames/times", set.times, "s from the start of the motion");
+    require(set.poses.size() == set.times.size() && !set.poses.empty(), "{} poses of {} frames", set.poses.size(),
+            set.times.size());
+    write_poses_of(file, set.poses);
+    if (!set.others.empty()) write_others(file, set.others);
     for (const auto& [name, values] : set.statistics) {
         file.write("/statistics/" + name, values, "of the steps up to each frame");
     }
@@ -91,6 +170,7 @@ DynamicsSet join_dynamics(const std::string& path, int count, const Provenance& 
             append(joined.failure_reasons, set.failure_reasons);
             for (const auto& [name, values] : set.statistics) append(joined.statistics[name], values);
             append(joined.times, set.times);
+            append(joined.poses, set.poses);
         }
         VirtualSource source;
         source.path = std::filesystem::relative(shard, std::filesystem::path(path).parent_path()).string();
@@ -147,6 +227,8 @@ DynamicsReader::DynamicsReader(const std::string& path) : state_(new State{{path
     const std::vector<std::size_t> expected{set.times.size(), static_cast<std::size_t>(set.num_vertices()), 3};
     require_input(file.shape(vertices_name) == expected, "{}: {} does not hold {} frames of {} vertices", path,
                   vertices_name, set.num_frames(), set.num_vertices());
+    set.poses = read_poses_of(file, set.times.size());
+    set.others = read_others(file, set.num_vertices());
     for (const std::string& name : dynamics_statistics()) {
         set.statistics[name] = file.read_doubles("/statistics/" + name, set.num_frames());
     }
@@ -158,6 +240,7 @@ DynamicsReader::DynamicsReader(const std::string& path) : state_(new State{{path
 }
 
 DynamicsReader::~DynamicsReader() = default;
+DynamicsReader::DynamicsReader(DynamicsReader&&) noexcept = default;
 
 const DynamicsSet& DynamicsReader::set() const
 {

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bodies through time on disk: format "ndg-dynamics", version 1 (docs/formats.md).
+// Bodies through time on disk: format "ndg-dynamics", version 2 (docs/formats.md).
 #pragma once
 
+#include "ndg/body/skeleton.h"
 #include "ndg/core/provenance.h"
-#include "ndg/core/types.h"
+#include "ndg/dynamics/driven_body.h"
 
 #include <map>
 #include <memory>
@@ -21,9 +22,11 @@ struct DynamicsSet {
     int num_held = 0;
     Points rest;               ///< N x 3, m
     Triangles skin_triangles;  ///< among the N vertices
+    std::vector<DynamicSurface> others;
     std::vector<std::string> sequence_names;
     std::vector<int> frame_begin;                           ///< first frame of every sequence
     std::vector<double> times;                              ///< s, one a frame, from the start of its sequence
+    std::vector<Pose> poses;                                ///< one a frame
     std::map<std::string, std::vector<double>> statistics;  ///< name -> one value a frame
     std::vector<std::string> failed_sequences, failure_reasons;
 
@@ -58,6 +61,7 @@ public:
     /// Throws InputError naming file, dataset and value for what does not fit together.
     explicit DynamicsReader(const std::string& path);
     ~DynamicsReader();
+    DynamicsReader(DynamicsReader&&) noexcept;
 
     const DynamicsSet& set() const;
     /// N x 3. Throws InputError for a frame that is not there or damaged.

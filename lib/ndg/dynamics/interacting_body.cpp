@@ -35,7 +35,7 @@ InteractingBody::~InteractingBody() = default;
 std::unique_ptr<DrivenBody> InteractingBody::among(std::unique_ptr<DrivenBody> body, const Scene& scene,
                                                    const ContactSceneOptions& options, std::unique_ptr<StepHook>& hook)
 {
-    if (!options.contact && scene.obstacles.empty() && scene.garments.empty()) return body;
+    if (!options.contact && !scene.contact && scene.obstacles.empty() && scene.garments.empty()) return body;
     auto result = std::make_unique<InteractingBody>(std::move(body), scene.obstacles, scene.garments, options);
     hook = result->hook();
     return result;
@@ -52,12 +52,18 @@ InteractingBody::InteractingBody(std::unique_ptr<DrivenBody> body, std::vector<O
 {
     skeleton_ = body_->skeleton();
     joint_positions_ = body_->joint_positions();
-    const auto joint = [&](const std::string& name) -> Eigen::Vector3d {
+    const auto joint_of = [&](const std::string& name, const std::string& what) {
         const std::vector<std::string>& names = skeleton_.joint_names;
         const auto found = std::find(names.begin(), names.end(), name);
-        require_input(found != names.end(), "there is no joint \"{}\" for a garment", name);
-        return joint_positions_.row(found - names.begin()).transpose();
+        require_input(found != names.end(), "there is no joint \"{}\" for {}", name, what);
+        return static_cast<int>(found - names.begin());
     };
+    const auto joint = [&](const std::string& name) -> Eigen::Vector3d {
+        return joint_positions_.row(joint_of(name, "a garment")).transpose();
+    };
+    for (const Obstacle& obstacle : obstacles) {
+        followed_joints_.push_back(obstacle.follows.empty() ? -1 : joint_of(obstacle.follows, obstacle.name));
+    }
     std::vector<Garment> made;
     for (const GarmentPlan& plan : garments) {
         made.push_back(make_garment(plan, body_->rest(), body_->skin_triangles(), joint, options.contact_distance));
@@ -122,6 +128,11 @@ DrivenPose InteractingBody::pose(const Pose& pose) const
     }
     result.held = rest_.topRows(num_held());
     result.held.bottomRows(body_->num_held()) = own.held;
+    const std::vector<Eigen::Isometry3d> motions = forward_kinematics(skeleton_, joint_positions_, pose);
+    for (const int joint : followed_joints_) {
+        result.world_from_followed.push_back(joint < 0 ? Eigen::Isometry3d::Identity()
+                                                       : motions[static_cast<std::size_t>(joint)]);
+    }
     return result;
 }
 
@@ -132,6 +143,7 @@ void InteractingBody::set_pose(const DrivenPose& pose)
     own.world_from_unposed.assign(begin, begin + body_->num_vertices());
     own.held = pose.held.bottomRows(body_->num_held());
     body_->set_pose(own);
+    interaction_->set_followed(pose.world_from_followed);
     // Its elements are those of the step before.
     scene_->set_silent(true);
 }
@@ -159,6 +171,16 @@ void InteractingBody::start(DynamicState& state)
 Eigen::VectorXd InteractingBody::falling_masses() const
 {
     return interaction_->masses(Eigen::VectorXd::Zero(body_->num_vertices()));
+}
+
+std::vector<DynamicSurface> InteractingBody::other_surfaces() const
+{
+    std::vector<DynamicSurface> others;
+    for (const ContactSurface& surface : interaction_->surfaces()) {
+        if (surface.kind == SurfaceKind::skin) continue;
+        others.push_back({surface.name, surface.kind == SurfaceKind::cloth, surface.triangles});
+    }
+    return others;
 }
 
 }  // namespace ndg

@@ -13,9 +13,9 @@
 
 namespace ndg {
 
-/// Vertices are those of Interaction; the skin is the body's. Obstacles move with the time of the steps, not with
-/// poses: hook() sees to them and to contact, and must take part in every step. Garments are made around the body at
-/// rest and put on by carrying them along with the skin to the first pose.
+/// Vertices are those of Interaction; the skin is the body's. Obstacles move with the time of the steps, and with poses
+/// where they follow a joint: hook() sees to them and to contact, and must take part in every step. Garments are made
+/// around the body at rest and put on by carrying them along with the skin to the first pose.
 class InteractingBody : public DrivenBody {
 public:
     /// Throws InputError as make_garment() does.
@@ -35,6 +35,7 @@ public:
     /// Throws the things that are thrown; throws InputError where anything starts inside anything else.
     void start(DynamicState& state) override;
     Eigen::VectorXd falling_masses() const override;
+    std::vector<DynamicSurface> other_surfaces() const override;
 
     /// The body as given where there is nothing to meet and no contact is asked for, otherwise an InteractingBody.
     /// `hook` is left as it is, or made.
@@ -54,7 +55,8 @@ private:
     std::unique_ptr<DrivenBody> body_;
     std::unique_ptr<Interaction> interaction_;
     std::unique_ptr<ContactScene> scene_;
-    std::vector<Carrier> carriers_;  ///< of all garments' vertices
+    std::vector<int> followed_joints_;  ///< of every obstacle, -1: none
+    std::vector<Carrier> carriers_;     ///< of all garments' vertices
     int carried_begin_ = 0;
 };
 

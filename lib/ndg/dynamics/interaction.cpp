@@ -20,7 +20,8 @@ Interaction::Interaction(std::vector<Obstacle> obstacles, std::vector<Garment> g
       solids_(obstacles_.size()),
       garments_(std::move(garments)),
       body_(std::move(body)),
-      obstacle_rows_(obstacles_.size())
+      obstacle_rows_(obstacles_.size()),
+      world_from_followed_(obstacles_.size(), Eigen::Isometry3d::Identity())
 {
     const auto take = [&](Eigen::Index count) {
         const Rows rows{num_vertices_, static_cast<int>(count)};
@@ -138,11 +139,19 @@ Eigen::VectorXd Interaction::masses(const Eigen::Ref<const Eigen::VectorXd>& bod
     return masses;
 }
 
+void Interaction::set_followed(std::vector<Eigen::Isometry3d> world_from_followed)
+{
+    require(world_from_followed.size() == obstacles_.size(), "motions of {} of {} obstacles",
+            world_from_followed.size(), obstacles_.size());
+    world_from_followed_ = std::move(world_from_followed);
+}
+
 void Interaction::set_obstacles(double time, Points& positions) const
 {
     for (std::size_t i = 0; i < obstacles_.size(); ++i) {
         if (!obstacles_[i].free) {
-            positions.middleRows(obstacle_rows_[i].first, obstacle_rows_[i].count) = obstacles_[i].vertices(time);
+            positions.middleRows(obstacle_rows_[i].first, obstacle_rows_[i].count) =
+                obstacles_[i].vertices(time, world_from_followed_[i]);
         }
     }
 }

@@ -45,6 +45,8 @@ public:
     void throw_solids(DynamicState& state) const;
     /// kg; given obstacles have none.
     Eigen::VectorXd masses(const Eigen::Ref<const Eigen::VectorXd>& body) const;
+    /// Motions from rest of the joints that obstacles follow, one an obstacle (unused where it follows none).
+    void set_followed(std::vector<Eigen::Isometry3d> world_from_followed);
     /// Obstacles that move as they are told, at a time, into their rows.
     void set_obstacles(double time, Points& positions) const;
 
@@ -65,6 +67,7 @@ private:
     std::vector<Rows> obstacle_rows_, garment_rows_;
     int body_begin_ = 0, num_vertices_ = 0;
     std::vector<SkinTerm*> cloth_terms_;
+    std::vector<Eigen::Isometry3d> world_from_followed_;
 };
 
 }  // namespace ndg

@@ -158,6 +158,45 @@ TriangleMesh capsule_shape(double radius, double length, double edge)
     return mesh.take();
 }
 
+TriangleMesh box_shape(const Eigen::Vector3d& size, double edge)
+{
+    const std::array<int, 3> n{pieces(size[0], edge), pieces(size[1], edge), pieces(size[2], edge)};
+    Builder mesh;
+    std::map<std::array<int, 3>, int> known;
+    const auto vertex = [&](const std::array<int, 3>& place) {
+        const auto found = known.find(place);
+        if (found != known.end()) return found->second;
+        Eigen::Vector3d point;
+        for (std::size_t k = 0; k < 3; ++k) {
+            point[static_cast<Eigen::Index>(k)] = size[static_cast<Eigen::Index>(k)] * (double(place[k]) / n[k] - 0.5);
+        }
+        return known[place] = mesh.add(point);
+    };
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+        const std::size_t along = (axis + 1) % 3, across = (axis + 2) % 3;
+        for (const bool high : {false, true}) {
+            for (int i = 0; i < n[along]; ++i) {
+                for (int j = 0; j < n[across]; ++j) {
+                    const auto corner = [&](int di, int dj) {
+                        std::array<int, 3> place{};
+                        place[axis] = high ? n[axis] : 0;
+                        place[along] = i + di;
+                        place[across] = j + dj;
+                        return vertex(place);
+                    };
+                    std::array<int, 4> square{corner(0, 0), corner(1, 0), corner(1, 1), corner(0, 1)};
+                    if (!high) std::swap(square[1], square[3]);
+                    // Diagonals in turns, as of planes.
+                    const std::size_t k = (i + j) % 2 == 0 ? 0 : 1;
+                    mesh.add(square[k], square[k + 1], square[(k + 2) % 4]);
+                    mesh.add(square[k], square[(k + 2) % 4], square[(k + 3) % 4]);
+                }
+            }
+        }
+    }
+    return mesh.take();
+}
+
 Eigen::Isometry3d Obstacle::world_from_obstacle(double time) const
 {
     const auto pose = [](const Eigen::Vector3d& position, const Eigen::Quaterniond& rotation) {
@@ -177,9 +216,9 @@ Eigen::Isometry3d Obstacle::world_from_obstacle(double time) const
                 before.rotation.slerp(share, next->rotation));
 }
 
-Points Obstacle::vertices(double time) const
+Points Obstacle::vertices(double time, const Eigen::Isometry3d& world_from_followed) const
 {
-    const Eigen::Isometry3d world_from_own = world_from_obstacle(time);
+    const Eigen::Isometry3d world_from_own = world_from_followed * world_from_obstacle(time);
     return (shape.vertices * world_from_own.linear().transpose()).rowwise() + world_from_own.translation().transpose();
 }
 

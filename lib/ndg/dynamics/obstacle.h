@@ -18,6 +18,9 @@ TriangleMesh sphere_shape(double radius, double edge);
 /// About the y axis, the two hemispheres' centres `length` apart and as far from the origin.
 TriangleMesh capsule_shape(double radius, double length, double edge);
 
+/// Cuboid about the origin, of so long sides.
+TriangleMesh box_shape(const Eigen::Vector3d& size, double edge);
+
 /// Where an obstacle is at a time.
 struct ObstacleKey {
     double time = 0;  ///< s
@@ -40,9 +43,12 @@ struct Obstacle {
     double mass_kg = 1;
     double young_pascal = 1e6;
 
+    /// A joint with whose surroundings it moves: what is said above of the world is then meant of the body at rest.
+    std::string follows;
+
     Eigen::Isometry3d world_from_obstacle(double time) const;
-    /// Vertices at a time.
-    Points vertices(double time) const;
+    /// Vertices at a time. `world_from_followed`: motion of the joint from rest.
+    Points vertices(double time, const Eigen::Isometry3d& world_from_followed = Eigen::Isometry3d::Identity()) const;
 };
 
 /// A thrown thing: tetrahedra between its surface and one vertex inside, the last, which must see all of the surface

@@ -71,6 +71,13 @@ TriangleMesh read_shape(const JsonValue& value, int type, const std::string& fol
             return capsule_shape(radius, length,
                                  edge_of(value, 0.4 * radius, 2 * M_PI * radius * (length + 2 * radius)));
         }
+        case 3: {
+            const Eigen::Vector3d size = read_vector(value.at("size"));
+            value.at("size").expect(size.minCoeff() >= least_edge && size.maxCoeff() <= longest,
+                                    fmt::format("three lengths in [{}, {}]", least_edge, longest));
+            const double area = 2 * (size[0] * size[1] + size[1] * size[2] + size[2] * size[0]);
+            return box_shape(size, edge_of(value, 0.2 * size.maxCoeff(), area));
+        }
         default:
             return read_shape_file(value, folder);
     }
@@ -78,11 +85,12 @@ TriangleMesh read_shape(const JsonValue& value, int type, const std::string& fol
 
 std::vector<std::string> keys_of(int type)
 {
-    std::vector<std::string> keys{"name",     "type", "position", "velocity",    "angular_velocity",
-                                  "friction", "free", "mass_kg",  "young_pascal"};
+    std::vector<std::string> keys{"name",     "type", "position", "velocity",     "angular_velocity",
+                                  "friction", "free", "mass_kg",  "young_pascal", "follows"};
     const std::vector<std::string> more[] = {{"normal", "size", "edge"},
                                              {"rotation", "keys", "radius", "edge"},
                                              {"rotation", "keys", "radius", "length", "edge"},
+                                             {"rotation", "keys", "size", "edge"},
                                              {"rotation", "keys", "file", "scale"}};
     keys.insert(keys.end(), more[type].begin(), more[type].end());
     if (type == 0) keys.push_back("keys");
@@ -119,7 +127,7 @@ void read_motion(const JsonValue& value, Obstacle& obstacle)
 
 Obstacle read_obstacle(const JsonValue& value, std::size_t index, const std::string& folder)
 {
-    const std::vector<std::string> types{"plane", "sphere", "capsule", "mesh"};
+    const std::vector<std::string> types{"plane", "sphere", "capsule", "box", "mesh"};
     const int type = value.at("type").choice(types);
     value.check_keys(keys_of(type));
     Obstacle obstacle;
@@ -127,6 +135,7 @@ Obstacle read_obstacle(const JsonValue& value, std::size_t index, const std::str
     obstacle.shape = read_shape(value, type, folder);
     read_motion(value, obstacle);
     if (value.has("friction")) obstacle.friction = value.at("friction").number(0, 10);
+    obstacle.follows = value.text_or("follows", "");
     obstacle.free = value.flag_or("free", false);
     if (!obstacle.free) {
         for (const char* key : {"mass_kg", "young_pascal"}) {
@@ -134,6 +143,7 @@ Obstacle read_obstacle(const JsonValue& value, std::size_t index, const std::str
         }
         return obstacle;
     }
+    require_input(obstacle.follows.empty(), "{}: what is free follows nothing", value.where());
     require_input(type != 0, "{}: a plane cannot be free", value.where());
     require_input(obstacle.keys.size() == 1, "{}: what is free has no \"keys\"", value.where());
     obstacle.mass_kg = value.at("mass_kg").number(1e-4, 1e4);

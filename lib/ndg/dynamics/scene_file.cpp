@@ -44,9 +44,10 @@ SceneLoad read_load(const JsonValue& value)
 Scene read_scene(const std::string& path)
 {
     const JsonValue root(path);
-    root.check_keys({"gravity", "loads", "obstacles", "garments"});
+    root.check_keys({"gravity", "contact", "loads", "obstacles", "garments"});
     Scene scene;
     scene.loads.gravity = root.flag_or("gravity", false);
+    scene.contact = root.flag_or("contact", false);
     if (root.has("loads")) {
         for (const JsonValue& load : root.at("loads").elements()) scene.loads.loads.push_back(read_load(load));
     }

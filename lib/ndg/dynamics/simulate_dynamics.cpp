@@ -140,6 +140,7 @@ DynamicsSet collect(const DynamicsRun& run, const std::vector<DynamicSequence>& 
     set.num_held = body.num_held();
     set.rest = body.rest();
     set.skin_triangles = body.skin_triangles();
+    set.others = body.other_surfaces();
     std::vector<BatchItem> blocks;
     DynamicBlock block;
     const auto read = [&](const H5Reader& file) { block = read_block(file, body.num_vertices()); };
@@ -152,6 +153,11 @@ DynamicsSet collect(const DynamicsRun& run, const std::vector<DynamicSequence>& 
         }
         set.sequence_names.push_back(sequence.name);
         set.frame_begin.push_back(set.num_frames());
+        const auto last = static_cast<int>(sequence.poses.size()) - 1;
+        for (int f = 0; f < run.options.num_frames(sequence.poses.size()); ++f) {
+            const int step = std::min(f * run.options.steps_per_frame(), last);
+            set.poses.push_back(sequence.poses[static_cast<std::size_t>(step)]);
+        }
         for (int b = 0; b < num_blocks(run, sequence); ++b) {
             const BatchItem item = block_item(sequence, b);
             store.read(item, read);

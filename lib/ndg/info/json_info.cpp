@@ -66,6 +66,8 @@ const JsonKind kinds[] = {
     {{"scans", "fitted", "reports"}, "how well scans were registered (fit-body)", add_fit_report},
     {{"loads"}, "a scene: what a body meets in a simulation with inertia (simulate-dynamics)"},
     {{"obstacles"}, "a scene: what a body meets in a simulation with inertia (simulate-dynamics)"},
+    {{"contact"}, "a scene: what a body meets in a simulation with inertia (simulate-dynamics)"},
+    {{"figures"}, "figures of bodies in motion with inertia (report-dynamics)"},
     {{"garments"}, "a scene: what a body meets in a simulation with inertia (simulate-dynamics)"},
     {{"young_normal_pascal"}, "stiffness of an avatar's soft tissue (simulate-dynamics)"},
     {{"young_tangent_pascal"}, "stiffness of an avatar's soft tissue (simulate-dynamics)"},

@@ -21,33 +21,6 @@ constexpr double full_share = 65535.0;
 
 using Values = std::vector<std::uint16_t>;
 
-std::uint16_t index_value(Eigen::Index index)
-{
-    require(index >= 0 && index < 65536, "index {} does not fit the 16 bits of a page", index);
-    return std::uint16_t(index);
-}
-
-/// Positions in 16 bits within `span` metres about an origin of their own frame.
-struct Quantiser {
-    double span = 1.0;
-
-    void append(const Eigen::Ref<const Points>& points, const Eigen::RowVector3d& origin, Values& values) const
-    {
-        for (Eigen::Index i = 0; i < points.rows(); ++i)
-            for (int k = 0; k < 3; ++k) {
-                const double unit = ((points(i, k) - origin[k]) / span + 1.0) / 2.0;
-                values.push_back(std::uint16_t(std::lround(65535.0 * std::clamp(unit, 0.0, 1.0))));
-            }
-    }
-    Points points(const Values& values, const Eigen::RowVector3d& origin) const
-    {
-        Points result(Eigen::Index(values.size() / 3), 3);
-        for (Eigen::Index i = 0; i < result.size(); ++i)
-            result.data()[i] = (2.0 * values[i] / 65535.0 - 1.0) * span + origin[i % 3];
-        return result;
-    }
-};
-
 /// The points of a page: those that all methods share (bone wrap, bone interior, skin beyond the cuts), then those of
 /// a method (muscle wrap, skin wrap, stored anatomy).
 struct PointOrder {
@@ -171,13 +144,6 @@ private:
     nlohmann::json parts_ = nlohmann::json::array();
     Values rest_, motions_, shares_, carriers_, weights_, triangles_;
 };
-
-Values triangle_values(const Eigen::Ref<const Triangles>& triangles)
-{
-    Values values;
-    for (Eigen::Index i = 0; i < triangles.size(); ++i) values.push_back(index_value(triangles.data()[i]));
-    return values;
-}
 
 std::vector<float> motion_values(const std::vector<Eigen::Isometry3d>& motions)
 {

@@ -9,6 +9,9 @@
 #include <unistd.h>
 #include <zlib.h>
 
+#include <algorithm>
+#include <cmath>
+
 namespace ndg {
 namespace {
 
@@ -32,6 +35,38 @@ std::string script_json(const std::string& json)
 }
 
 }  // namespace
+
+void Quantiser::append(const Eigen::Ref<const Points>& points, const Eigen::RowVector3d& origin,
+                       std::vector<std::uint16_t>& values) const
+{
+    for (Eigen::Index i = 0; i < points.rows(); ++i)
+        for (int k = 0; k < 3; ++k) {
+            const double unit = ((points(i, k) - origin[k]) / span + 1.0) / 2.0;
+            values.push_back(std::uint16_t(std::lround(65535.0 * std::clamp(unit, 0.0, 1.0))));
+        }
+}
+
+Points Quantiser::points(const std::vector<std::uint16_t>& values, const Eigen::RowVector3d& origin) const
+{
+    Points result(Eigen::Index(values.size() / 3), 3);
+    for (Eigen::Index i = 0; i < result.size(); ++i)
+        result.data()[i] = (2.0 * values[i] / 65535.0 - 1.0) * span + origin[i % 3];
+    return result;
+}
+
+std::uint16_t index_value(Eigen::Index index)
+{
+    require(index >= 0 && index < 65536, "index {} does not fit the 16 bits of a page", index);
+    return std::uint16_t(index);
+}
+
+std::vector<std::uint16_t> triangle_values(const Triangles& triangles)
+{
+    std::vector<std::uint16_t> values;
+    values.reserve(std::size_t(triangles.size()));
+    for (Eigen::Index i = 0; i < triangles.size(); ++i) values.push_back(index_value(triangles.data()[i]));
+    return values;
+}
 
 std::string pack_values(const std::vector<std::uint16_t>& values, std::size_t row_length, std::size_t stride)
 {

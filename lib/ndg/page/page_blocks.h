@@ -2,6 +2,8 @@
 // The file of a page: HTML with the viewer and blocks of numbers, which viewer/src/blocks.js decodes.
 #pragma once
 
+#include "ndg/core/types.h"
+
 #include <cstdint>
 #include <fstream>
 #include <string>
@@ -9,6 +11,20 @@
 #include <vector>
 
 namespace ndg {
+
+/// Positions in 16 bits within `span` metres about an origin of their own frame.
+struct Quantiser {
+    double span = 1.0;
+
+    /// `points`: N x 3.
+    void append(const Eigen::Ref<const Points>& points, const Eigen::RowVector3d& origin,
+                std::vector<std::uint16_t>& values) const;
+    Points points(const std::vector<std::uint16_t>& values, const Eigen::RowVector3d& origin) const;
+};
+/// Throws Error where an index does not fit into 16 bits.
+std::uint16_t index_value(Eigen::Index index);
+/// Vertices of triangles, one after the other.
+std::vector<std::uint16_t> triangle_values(const Triangles& triangles);
 
 /// Values as differences (modulo 2^16) from the row before, in the first row from `stride` values before; then all low
 /// bytes, all high bytes; then zlib. Neighbours in space and time differ little, so that most high bytes are 0 or 255.
