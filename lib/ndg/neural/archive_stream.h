@@ -9,11 +9,11 @@ namespace ndg {
 
 /// Writes to another stream and never says that it failed: libtorch's archives end the process where a write fails, a
 /// full disk for one (their destructor throws). Whoever owns the other stream looks at its state afterwards.
-class ArchiveStream : private std::streambuf, public std::ostream {
+class ArchiveBuffer : public std::streambuf {
 public:
-    explicit ArchiveStream(std::ostream& target) : std::ostream(static_cast<std::streambuf*>(this)), target_(target) {}
+    explicit ArchiveBuffer(std::ostream& target) : target_(target) {}
 
-private:
+protected:
     std::streamsize xsputn(const char* text, std::streamsize count) override
     {
         target_.write(text, count);
@@ -25,6 +25,7 @@ private:
         return traits_type::not_eof(character);
     }
 
+private:
     std::ostream& target_;
 };
 

@@ -99,7 +99,8 @@ void write_checkpoint(const std::string& path, const Checkpoint& checkpoint)
         add("best_parameter", checkpoint.best_parameters);
         add("basis", checkpoint.bases);
         std::ofstream file(temporary, std::ios::binary);
-        ArchiveStream stream(file);
+        ArchiveBuffer buffer(file);
+        std::ostream stream(&buffer);
         archive.save_to(stream);
         file.close();
         if (!file) {

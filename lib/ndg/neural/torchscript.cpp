@@ -133,7 +133,8 @@ void write_torchscript(const std::string& path, NeuralModel& model, const Proven
     write_stream(path, [&](std::ostream& stream) {
         try {
             const Script script(model);
-            ArchiveStream archive(stream);
+            ArchiveBuffer buffer(stream);
+            std::ostream archive(&buffer);
             script.module().save(archive, {{"metadata.json", metadata(model, model.state(), provenance)}});
         } catch (const c10::Error& error) {
             throw Error(fmt::format("{}: the TorchScript was not written: {}", path, error.what_without_backtrace()));
