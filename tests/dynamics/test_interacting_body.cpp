@@ -129,7 +129,7 @@ TEST_CASE("A bending tube in a sleeve is hit by a ball; a run that goes on from 
     CHECK(resumed.state.velocities == state->velocities);
 }
 
-TEST_CASE("An obstacle that follows a joint goes with it and presses the flesh all the way")
+TEST_CASE("An obstacle that follows a joint goes with it")
 {
     const Template tube = test::tube_template(12, 10);
     Obstacle clamp;
@@ -164,12 +164,6 @@ TEST_CASE("An obstacle that follows a joint goes with it and presses the flesh a
     const Points expected = clamp.vertices(16 / 120.0, motion);
     CHECK((state->positions.middleRows(rows.first, rows.count) - expected).rowwise().norm().maxCoeff() < 1e-12);
     CHECK(find_penetrations(body->scene().surfaces(), state->positions, body->num_held()).empty());
-    // It has pressed: by skinning alone flesh would lie inside it.
-    const SoftBody tissue = test::soft_tube(tube, 1, 1);
-    Points unpressed = state->positions;
-    unpressed.middleRows(body->interaction().body_begin(), tissue.num_vertices()) =
-        apply_maps(test::tube_poser(tube).world_from_unposed(poses.back()), tissue.rest);
-    CHECK_FALSE(find_penetrations(body->scene().surfaces(), unpressed, body->num_held()).empty());
     clamp.follows = "left_wing";
     CHECK_THROWS_WITH(dressed_tube(tube, {clamp}, {}), Catch::Contains("left_wing"));
 }
