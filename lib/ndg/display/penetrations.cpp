@@ -3,6 +3,7 @@
 
 #include "ndg/core/error.h"
 #include "ndg/geometry/closest_point.h"
+#include "ndg/geometry/triangle_crossings.h"
 #include "ndg/geometry/triangle_mesh.h"
 #include "ndg/geometry/winding_tree.h"
 
@@ -89,6 +90,8 @@ double depth_in_itself(const DynamicsDisplay& display, const Points& skin, int v
 Tally inside_itself(const DynamicsDisplay& display, const Points& skin, double apart)
 {
     Tally tally;
+    // Nothing gets inside without crossing, which is found sooner.
+    if (crossing_triangles(skin, display.triangles()).empty()) return tally;
     const WindingTree winding(skin, display.triangles());
     for (int v = 0; v < skin.rows(); ++v) {
         if (winding.winding_number(skin.row(v).transpose()) < inside_another_part) continue;
