@@ -57,7 +57,7 @@ Image convergence_chart(const TissueEstimate& estimate)
     skinned.name = "statistical body alone";
     skinned.colour = {190, 60, 60};
     std::fill(skinned.y.begin(), skinned.y.end(), 1.0);
-    return line_chart({line, skinned}, {"Convergence", "iteration", "error of the motion variance, share"});
+    return line_chart({line, skinned}, {"Convergence", "iteration", "share of the error left"});
 }
 
 }  // namespace

@@ -17,7 +17,7 @@ struct TwinOptions {
     double noise_millimetre = 1.5;     ///< root mean square displacement of a vertex
     double smooth_noise_share = 0.5;   ///< of its variance: alike over smooth_noise_metre, different in every frame
     double smooth_noise_metre = 0.2;   ///< wavelength
-    double pose_error_degrees = 0.5;   ///< standard deviation of each joint's angle about each axis
+    double pose_error_degrees = 0.15;  ///< standard deviation of each joint's angle about each axis
     double root_error_millimetre = 1;  ///< the same of each coordinate of the root
     double pose_error_hertz = 1;       ///< errors change no faster
     double heterogeneity = 0.4;        ///< standard deviation of the logarithm of stiffness over the body

@@ -18,7 +18,8 @@ namespace ndg {
 
 namespace {
 
-constexpr double start_radius = 10;
+/// Damps as much as Gauss and Newton's matrix has on its diagonal: where little is explained yet, its model is poor.
+constexpr double start_radius = 1;
 /// Tangential over normal modulus where the estimation of both begins: where they are equal, which of them the law
 /// takes as the larger one changes, and derivatives have a kink.
 constexpr double start_anisotropy = 1.5;
@@ -65,15 +66,16 @@ public:
     int num_simulations() const { return num_simulations_; }
     void count_before(int simulations) { num_simulations_ = simulations; }
 
-    /// The last one is kept: what is asked for again costs nothing. Throws Error where a motion cannot be simulated.
-    const Evaluation& at(const Eigen::VectorXd& parameters)
+    /// The last one is kept: what is asked for again costs nothing. `jacobian`: otherwise it may have no rows. Throws
+    /// Error where a motion cannot be simulated.
+    const Evaluation& at(const Eigen::VectorXd& parameters, bool jacobian)
     {
-        if (last_ && last_->parameters == parameters) return *last_;
+        if (last_ && last_->parameters == parameters && (!jacobian || last_->jacobian.rows() > 0)) return *last_;
         last_.reset();
         std::vector<TissueVariance> variances(motions_.size());
         parallel_for(static_cast<int>(motions_.size()), [&](int s) {
             const auto k = static_cast<std::size_t>(s);
-            variances[k] = tissue_variance(problem_, motions_[k], field_, parameters, true);
+            variances[k] = tissue_variance(problem_, motions_[k], field_, parameters, jacobian);
             const auto frames = static_cast<double>(motions_[k].frame_steps.size());
             require(variances[k].num_unconverged_frames <= options_.largest_unconverged * frames,
                     "motion \"{}\": {} of {} frames did not converge", motions_[k].name,
@@ -85,13 +87,13 @@ public:
         const VarianceMetric metric = options_.metric();
         const Eigen::Index rows = by_metric(motions_[0].captured, metric).size();
         evaluation.residuals.resize(rows * static_cast<Eigen::Index>(motions_.size()));
-        evaluation.jacobian.resize(evaluation.residuals.size(), field_.num_parameters());
+        if (jacobian) evaluation.jacobian.resize(evaluation.residuals.size(), field_.num_parameters());
         for (std::size_t s = 0; s < motions_.size(); ++s) {
             const Eigen::Index begin = rows * static_cast<Eigen::Index>(s);
             const Eigen::VectorXd difference =
                 by_metric(variances[s].variance, metric) - by_metric(motions_[s].captured, metric);
             evaluation.residuals.segment(begin, rows) = scale_ * difference;
-            evaluation.jacobian.middleRows(begin, rows) = scale_ * by_metric(variances[s], metric);
+            if (jacobian) evaluation.jacobian.middleRows(begin, rows) = scale_ * by_metric(variances[s], metric);
             evaluation.sequence_errors.push_back(difference.squaredNorm() / skinned_error(motions_[s], metric));
         }
         last_ = std::move(evaluation);
@@ -115,7 +117,7 @@ public:
     StiffnessCost(Residuals& residuals, const Eigen::VectorXd& start, const Eigen::VectorXd& expected, double prior)
         : residuals_(residuals), expected_(expected), prior_(prior)
     {
-        num_values_ = residuals_.at(start).residuals.size();
+        num_values_ = residuals_.at(start, true).residuals.size();
         set_num_residuals(static_cast<int>(num_values_ + expected.size()));
         mutable_parameter_block_sizes()->push_back(static_cast<int>(expected.size()));
     }
@@ -125,10 +127,11 @@ public:
         const Eigen::Index count = expected_.size();
         const Eigen::VectorXd at = Eigen::Map<const Eigen::VectorXd>(parameters[0], count);
         try {
-            const Evaluation& evaluation = residuals_.at(at);
+            const bool wants_jacobian = jacobians != nullptr && jacobians[0] != nullptr;
+            const Evaluation& evaluation = residuals_.at(at, wants_jacobian);
             Eigen::Map<Eigen::VectorXd> residuals(values, num_values_ + count);
             residuals << evaluation.residuals, prior_ * (at - expected_);
-            if (jacobians != nullptr && jacobians[0] != nullptr) {
+            if (wants_jacobian) {
                 Eigen::Map<RowMatrix> jacobian(jacobians[0], num_values_ + count, count);
                 jacobian << evaluation.jacobian, prior_ * RowMatrix::Identity(count, count);
             }
@@ -207,7 +210,7 @@ public:
             iteration.stage = stage;
             iteration.iteration = first + summary.iteration;
             iteration.cost = summary.cost;
-            iteration.error = residuals.at(parameters).residuals.squaredNorm();
+            iteration.error = residuals.at(parameters, false).residuals.squaredNorm();
             iteration.radius = summary.trust_region_radius;
             iteration.simulations = residuals.num_simulations();
             iteration.seconds = seconds();
@@ -235,8 +238,8 @@ public:
         ceres::Solve(solver, &least_squares, &summary);
         if (stopped) throw Interrupted("interrupted; the same command goes on from the last iteration");
         require(summary.IsSolutionUsable(), "stage {} found no estimate: {}", stage, summary.message);
-        last_sequence_errors = residuals.at(parameters).sequence_errors;
-        last_error = residuals.at(parameters).residuals.squaredNorm();
+        last_sequence_errors = residuals.at(parameters, false).sequence_errors;
+        last_error = residuals.at(parameters, false).residuals.squaredNorm();
         simulations_ = residuals.num_simulations();
         return parameters;
     }
