@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Captures as others write them, whole and broken, and as we do.
-#include "tube_avatar.h"
+#include "tube_capture.h"
 
 #include "ndg/capture/import_capture.h"
 #include "ndg/capture/step_poses.h"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What is measured of captured motions.
-#include "tube_avatar.h"
+#include "tube_capture.h"
 
 #include "ndg/capture/measure_motion.h"
 #include "ndg/capture/motion_variance.h"

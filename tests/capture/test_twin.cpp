@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Captures whose truth is known.
-#include "tube_avatar.h"
+#include "tube_capture.h"
 
 #include "ndg/capture/twin_capture.h"
 #include "ndg/dynamics/layered_driven_body.h"

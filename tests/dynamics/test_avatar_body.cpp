@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // An avatar as a body that a motion drives.
-#include "soft_shapes.h"
+#include "tube_avatar.h"
 
 #include "ndg/core/error.h"
 #include "ndg/core/file.h"
@@ -16,20 +16,10 @@ using namespace ndg;
 TEST_CASE("An avatar's soft tissue follows its own skinning and comes to rest in its skinned shape")
 {
     const Template tube = test::tube_template(7, 8);
-    const SoftBody made = test::soft_tube(tube, 1, 1);
-    Avatar avatar;
-    avatar.name = "tube";
-    avatar.rest = made.rest;
-    avatar.num_held = made.num_held;
-    avatar.tetrahedra = made.tetrahedra;
-    avatar.skin_triangles = made.skin_triangles;
-    avatar.normals = made.normals.rowwise().normalized();
-    avatar.weights = sparse_weights(tube.volume_weights(), num_standard_joints);
-    avatar.skeleton = tube.skeleton;
-    avatar.joint_positions = tube.rest.joint_positions;
+    Avatar avatar = test::tube_avatar(tube);
     avatar.pose_joints = {tube.skeleton.joint("left_forearm")};
-    avatar.pose_directions = RowMatrixF::Zero(9, made.rest.size());
-    for (Eigen::Index k = 0; k < made.rest.size(); ++k) {
+    avatar.pose_directions = RowMatrixF::Zero(9, avatar.rest.size());
+    for (Eigen::Index k = 0; k < avatar.rest.size(); ++k) {
         avatar.pose_directions(0, k) = 0.01f * std::sin(static_cast<float>(k));
     }
 

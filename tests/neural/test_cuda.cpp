@@ -129,6 +129,29 @@ TEST_CASE("a model trained on a GPU predicts the same on the CPU")
     CHECK((gpu.predict(inputs) - cpu.predict(inputs)).cwiseAbs().maxCoeff() < 1e-5F);
 }
 
+namespace {
+
+/// Trains on a GPU, with a checkpoint at once, until two epochs are done.
+void train_two_epochs(const Synthetic& s, const TrainingOptions& options)
+{
+    NeuralModel model = s.model(small_network(), Device::cuda);
+    const TrainingSet training = s.set("train", model), validation = s.set("validation", model);
+    int epochs = 0;
+    TrainingCallbacks callbacks;
+    callbacks.epoch_done = [&](const TrainingCurve&, double) { ++epochs; };
+    callbacks.stop = [&] { return epochs == 2; };
+    CHECK_THROWS_AS(train(model, training, validation, options, callbacks), Interrupted);
+}
+
+/// Goes on from there with a new model.
+TrainingResult resume(const Synthetic& s, const TrainingOptions& options, NeuralModel& model)
+{
+    const TrainingSet training = s.set("train", model), validation = s.set("validation", model);
+    return train(model, training, validation, options);
+}
+
+}  // namespace
+
 TEST_CASE("a run on a GPU resumes where it was stopped")
 {
     if (skipped()) return;
@@ -138,16 +161,9 @@ TEST_CASE("a run on a GPU resumes where it was stopped")
     const TemporaryFolder folder;
     options.checkpoint_path = checkpoint_path_for(folder.file("model.h5"));
     options.checkpoint_seconds = 0;
-    NeuralModel model = s.model(small_network(), Device::cuda);
-    const TrainingSet training = s.set("train", model), validation = s.set("validation", model);
-    int epochs = 0;
-    TrainingCallbacks callbacks;
-    callbacks.epoch_done = [&](const TrainingCurve&, double) { ++epochs; };
-    callbacks.stop = [&] { return epochs == 2; };
-    CHECK_THROWS_AS(train(model, training, validation, options, callbacks), Interrupted);
+    train_two_epochs(s, options);
     NeuralModel resumed = s.model(small_network(), Device::cuda);
-    const TrainingResult result = train(resumed, training, validation, options);
-    CHECK(result.resumed_epoch == 2);
+    CHECK(resume(s, options, resumed).resumed_epoch == 2);
     CHECK(resumed.curve().validation_loss.back() == Approx(whole.curve().validation_loss.back()).epsilon(1e-3));
 }
 
@@ -160,13 +176,7 @@ TEST_CASE("a run on a GPU goes on on a machine without one")
     const TemporaryFolder folder;
     options.checkpoint_path = checkpoint_path_for(folder.file("model.h5"));
     options.checkpoint_seconds = 0;
-    NeuralModel model = s.model(small_network(), Device::cuda);
-    const TrainingSet training = s.set("train", model), validation = s.set("validation", model);
-    int epochs = 0;
-    TrainingCallbacks callbacks;
-    callbacks.epoch_done = [&](const TrainingCurve&, double) { ++epochs; };
-    callbacks.stop = [&] { return epochs == 2; };
-    CHECK_THROWS_AS(train(model, training, validation, options, callbacks), Interrupted);
+    train_two_epochs(s, options);
     NeuralModel resumed = s.model(small_network(), Device::cpu);
-    CHECK(train(resumed, training, validation, options).resumed_epoch == 2);
+    CHECK(resume(s, options, resumed).resumed_epoch == 2);
 }

@@ -13,7 +13,7 @@ import sys
 import tempfile
 
 from dataset_files import Dataset, difference, parts
-from slurm_cluster import Cluster, why_not
+from slurm_cluster import Cluster, shards_of, why_not
 
 reason = why_not()
 if reason:
@@ -33,20 +33,6 @@ def check(condition, text):
 
 def shard_file(index):
     return f"{out}/fem.shards/{index:04d}-of-{shards:04d}.h5"
-
-
-def simulations():
-    """Process number of each shard's simulate-fem."""
-    found = {}
-    for path in glob.glob("/proc/[0-9]*/cmdline"):
-        try:
-            with open(path, "rb") as file:
-                words = file.read().decode(errors="replace").split("\0")
-        except OSError:
-            continue
-        if words[0].endswith("/simulate-fem") and out + "/fem.h5" in words:
-            found[int(words[words.index("--shard") + 1].split("/")[0])] = int(path.split("/")[2])
-    return found
 
 
 def is_told_to_end(process):
@@ -94,7 +80,7 @@ try:
         held = {}
 
         def all_held():
-            for index, process in simulations().items():
+            for index, process in shards_of("simulate-fem", out + "/fem.h5").items():
                 if index in (1, 2, 3) and index not in held and len(parts(shard_file(index))) >= 2:
                     os.kill(process, signal.SIGSTOP)
                     held[index] = process

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """A Slurm of one node in a temporary folder: munged, slurmctld and slurmd of our own, stopped at the end."""
+import glob
 import os
 import shutil
 import signal
@@ -27,6 +28,20 @@ def free_ports(count):
     for one in sockets:
         one.close()
     return ports
+
+
+def shards_of(tool, output):
+    """Process number of each shard of `output` that `tool` is at."""
+    found = {}
+    for path in glob.glob("/proc/[0-9]*/cmdline"):
+        try:
+            with open(path, "rb") as file:
+                words = file.read().decode(errors="replace").split("\0")
+        except OSError:
+            continue
+        if words[0].endswith("/" + tool) and output in words and "--shard" in words:
+            found[int(words[words.index("--shard") + 1].split("/")[0])] = int(path.split("/")[2])
+    return found
 
 
 class Cluster:

@@ -13,7 +13,7 @@ import sys
 import tempfile
 
 from dataset_files import Dataset, as_motions, parts, run, same_dynamics
-from slurm_cluster import Cluster, why_not
+from slurm_cluster import Cluster, shards_of, why_not
 
 reason = why_not()
 if reason:
@@ -33,20 +33,6 @@ def check(condition, text):
 
 def shard_file(index):
     return f"{out}/dynamics.shards/{index:04d}-of-{shards:04d}.h5"
-
-
-def simulations():
-    """Process number of each shard's simulate-dynamics."""
-    found = {}
-    for path in glob.glob("/proc/[0-9]*/cmdline"):
-        try:
-            with open(path, "rb") as file:
-                words = file.read().decode(errors="replace").split("\0")
-        except OSError:
-            continue
-        if words[0].endswith("/simulate-dynamics") and out + "/dynamics.h5" in words and "--shard" in words:
-            found[int(words[words.index("--shard") + 1].split("/")[0])] = int(path.split("/")[2])
-    return found
 
 
 folder = tempfile.mkdtemp(prefix="ndg-slurm-dynamics-")
@@ -73,7 +59,7 @@ try:
         held = {}
 
         def is_held():
-            for index, process in simulations().items():
+            for index, process in shards_of("simulate-dynamics", out + "/dynamics.h5").items():
                 if index == 1 and index not in held and len(parts(shard_file(1))) >= 1:
                     os.kill(process, signal.SIGSTOP)
                     held[index] = process
