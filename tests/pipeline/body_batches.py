@@ -83,7 +83,7 @@ try:
     tool = os.path.join(os.path.abspath(sys.argv[1]), "bin") + "/"
     template, skins, scans = folder + "/template.h5", folder + "/skins.h5", folder + "/scans"
     scanned = folder + "/scanned.h5"
-    made, maker = os.path.abspath(sys.argv[1]) + "/template.h5", tool + "make-template"
+    made, maker = os.path.abspath(sys.argv[1]) + "/smoke/template.h5", tool + "make-template"
     if os.path.exists(made) and os.path.getmtime(made) > os.path.getmtime(maker):
         shutil.copy(made, template)  # the smoke run's
     else:
