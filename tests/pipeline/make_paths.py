@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 """Paths with blanks, which make splits into words: one sentence before anything starts. Argument: the source folder."""
+import os
 import pathlib
 import shutil
 import subprocess
@@ -9,7 +10,9 @@ import tempfile
 
 
 def run(folder, *words):
-    return subprocess.run(["make", "-n", "demo", *words], cwd=folder, capture_output=True, text=True, check=False)
+    # As from a shell, also below make itself.
+    environment = {key: value for key, value in os.environ.items() if not key.startswith("MAKE") and key != "MFLAGS"}
+    return subprocess.run(["make", "-n", "demo", *words], cwd=folder, env=environment, capture_output=True, text=True, check=False)
 
 
 def check_refused(result, name, value):
