@@ -46,8 +46,11 @@ int main(int argc, char** argv)
         }
         if (!poses_path.empty()) {
             const PoseSet poses = read_poses(poses_path);
+            const auto num_joints = static_cast<std::size_t>(avatar.skeleton.num_joints());
+            require_input(poses.size() > 0 && poses.poses[0].parent_from_joint.size() == num_joints,
+                          "{}: its poses are not of the {} joints of {}", poses_path, num_joints, avatar_path);
             capture.joint_names = avatar.skeleton.joint_names;
-            for (CaptureSequence& sequence : capture.sequences) attach_poses(sequence, poses);
+            for (CaptureSequence& sequence : capture.sequences) attach_poses(sequence, poses, poses_path);
         }
         write_capture(output_path, capture, tool.provenance(licence));
         fmt::print("{}: {} sequences of {} vertices{}\n", output_path, capture.sequences.size(), surface.num_vertices,

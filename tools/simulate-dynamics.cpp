@@ -98,6 +98,7 @@ int main(int argc, char** argv)
         const Shard shard = parse_shard(shard_text);
         require_input(avatar_path.empty() != soft && (template_path.empty() && bodies_path.empty()) == soft,
                       "--model {} needs {} alone", model, soft ? "--avatar" : "--template and perhaps --bodies");
+        require_input(picture_range == 0 || soft, "--picture-range needs an avatar, which tells the skinned shape");
         const PoseSet poses = read_poses(poses_path);
         const Scene scene = scene_path.empty() ? Scene() : read_scene(scene_path);
         DynamicsRun run;
@@ -177,10 +178,8 @@ int main(int argc, char** argv)
             const double error = write_dynamics_page(page, display, 0, credits);
             fmt::print("{}: every vertex within {:.2f} mm\n", page, 1e3 * error);
         }
-        if (!picture.empty()) {
-            require_input(picture_range == 0 || soft, "--picture-range needs an avatar, which tells the skinned shape");
+        if (!picture.empty())
             write_png(picture, sequence_picture(display.sequence(0, credits, 1e-3 * picture_range), pictured));
-        }
         require_apart(penetrations);
         require_converged(set, min_converged);
     });

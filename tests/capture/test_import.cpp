@@ -150,6 +150,13 @@ TEST_CASE_METHOD(Fixture, "Another topology is refused, naming the file and what
     CHECK(failure(folder.file("few.npy")).find("expected frames x") != std::string::npos);
     write_mesh(path + "/other.5.obj", truth.vertices[5], surface.triangles);
     CHECK(failure(path).find("are both frame 5") != std::string::npos);
+    python(
+        "import h5py\nfor name, face in (('other', 1), ('far', 1e9), ('none', np.nan)):\n"
+        "    f = h5py.File(name + '.h5', 'w')\n    f['jacks'] = x\n    f['faces'] = np.full((" +
+        std::to_string(surface.triangles.rows()) + ", 3), float(face))\n    f.close()");
+    CHECK(failure(folder.file("other.h5")).find("/faces: triangle 0 is 1 1 1") != std::string::npos);
+    CHECK(failure(folder.file("far.h5")).find("/faces has 1000000000") != std::string::npos);
+    CHECK(failure(folder.file("none.h5")).find("/faces has nan at face 0") != std::string::npos);
     CHECK(failure(folder.file("write.py")).find("expected a folder") != std::string::npos);
     std::filesystem::create_directories(folder.file("empty"));
     CHECK(failure(folder.file("empty")).find("no .obj or .ply") != std::string::npos);
@@ -168,12 +175,12 @@ TEST_CASE_METHOD(Fixture, "Half the frame rate is seen beside poses of the true 
     CaptureSequence sequence = truth;
     sequence.name = "hop";
     sequence.poses.clear();
-    attach_poses(sequence, poses);
+    attach_poses(sequence, poses, "poses.h5");
     REQUIRE(sequence.poses.size() == 12);
     CHECK(rotation_angle(sequence.poses[7].parent_from_joint[0], truth.poses[7].parent_from_joint[0]) < 1e-9);
 
     sequence.frame_rate_hertz = 30;
-    REQUIRE_THROWS_WITH(attach_poses(sequence, poses),
+    REQUIRE_THROWS_WITH(attach_poses(sequence, poses, "poses.h5"),
                         Catch::Contains("lasts 0.367 s at 30 Hz, its poses last 0.183 s"));
     CaptureSequence every_second;  // truly 30 Hz
     every_second.name = "hop";
@@ -182,10 +189,11 @@ TEST_CASE_METHOD(Fixture, "Half the frame rate is seen beside poses of the true 
         every_second.frame_numbers.push_back(f);
         every_second.vertices.push_back(truth.vertices[static_cast<std::size_t>(2 * f)]);
     }
-    attach_poses(every_second, poses);
+    attach_poses(every_second, poses, "poses.h5");
     CHECK(every_second.poses[4].root_translation == truth.poses[8].root_translation);
     sequence.name = "unknown";
-    REQUIRE_THROWS_AS(attach_poses(sequence, poses), InputError);
+    REQUIRE_THROWS_WITH(attach_poses(sequence, poses, "poses.h5"),
+                        Catch::StartsWith("poses.h5: there is no motion \"unknown\" among its 2 clips"));
 }
 
 TEST_CASE_METHOD(Fixture, "Captures come back from their files, and broken ones are refused")

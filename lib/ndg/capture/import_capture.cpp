@@ -142,7 +142,11 @@ std::vector<CaptureSequence> from_h5(const std::string& path, const CaptureSurfa
                           shape_text(faces));
             Triangles triangles(faces.shape[0], 3);
             for (Eigen::Index i = 0; i < triangles.size(); ++i) {
-                triangles.data()[i] = static_cast<int>(faces.values[static_cast<std::size_t>(i)]);
+                const double value = faces.values[static_cast<std::size_t>(i)];
+                require_input(value >= 0 && value < static_cast<double>(surface.num_vertices),
+                              "{}: /faces has {} at face {}, expected a vertex of 0 to {}", path, value, i / 3,
+                              surface.num_vertices - 1);
+                triangles.data()[i] = static_cast<int>(value);
             }
             check_triangles(path + ": /faces", triangles, surface);
         }
@@ -209,7 +213,7 @@ std::vector<CaptureSequence> import_sequences(const std::string& path, const Cap
     return sequences;
 }
 
-void attach_poses(CaptureSequence& sequence, const PoseSet& poses)
+void attach_poses(CaptureSequence& sequence, const PoseSet& poses, const std::string& path)
 {
     PoseSet clip;
     for (int p = 0; p < poses.size(); ++p) {
@@ -221,13 +225,14 @@ void attach_poses(CaptureSequence& sequence, const PoseSet& poses)
         clip.clip_idx.push_back(0);
         clip.frame_idx.push_back(poses.frame_idx[k]);
     }
-    require_input(clip.size() > 1, "there is no motion \"{}\" among the {} clips of the poses", sequence.name,
+    require_input(clip.size() > 1, "{}: there is no motion \"{}\" among its {} clips", path, sequence.name,
                   poses.clip_names.size());
     const double seconds = (clip.frame_idx.back() - clip.frame_idx.front()) / clip.clip_frame_rates[0];
-    require_input(std::abs(seconds - sequence.seconds()) <= 2 / sequence.frame_rate_hertz,
-                  "sequence \"{}\" lasts {:.3f} s at {:g} Hz, its poses last {:.3f} s at {:g} Hz: one of both frame "
-                  "rates is another",
-                  sequence.name, sequence.seconds(), sequence.frame_rate_hertz, seconds, clip.clip_frame_rates[0]);
+    require_input(
+        std::abs(seconds - sequence.seconds()) <= 2 / sequence.frame_rate_hertz,
+        "{}: sequence \"{}\" lasts {:.3f} s at {:g} Hz, its poses last {:.3f} s at {:g} Hz: one of both frame "
+        "rates is another",
+        path, sequence.name, sequence.seconds(), sequence.frame_rate_hertz, seconds, clip.clip_frame_rates[0]);
     const PoseSet resampled = resample_poses(clip, sequence.frame_rate_hertz);
     sequence.poses.clear();
     for (const int number : sequence.frame_numbers) {

@@ -33,10 +33,9 @@ struct CaptureSurface {
 std::vector<CaptureSequence> import_sequences(const std::string& path, const CaptureSurface& surface,
                                               const CaptureImportOptions& options,
                                               const std::function<void(const std::string&)>& say);
-
-/// Gives every sequence the poses of the clip of its name, at the times of its frames. Throws InputError where there is
-/// no such clip, and where it lasts another time than the sequence by more than two frames of the capture: then one of
-/// both frame rates is not what it was said to be.
-void attach_poses(CaptureSequence& sequence, const PoseSet& poses);
+/// Gives a sequence the poses of the clip of its name, at the times of its frames. Throws InputError that names `path`,
+/// the file of the poses, where there is no such clip, and where it lasts another time than the sequence by more than
+/// two frames of the capture: then one of both frame rates is not what it was said to be.
+void attach_poses(CaptureSequence& sequence, const PoseSet& poses, const std::string& path);
 
 }  // namespace ndg
